@@ -7,9 +7,9 @@ import numpy as np
 
 from hydroservo import Loop, load_scenario
 from hydroservo.audits import chatter, swing
-from hydroservo.audits.auditor import asked
+from hydroservo.audits.audited import asked
 from hydroservo.audits.facts import facts_of
-from hydroservo.audits.swing import SHARE
+from hydroservo.audits.tone import SHARE
 
 LOOK_FROM = 0.75  # [s]
 LAST = 64  # samples, in which a command that never leaves its limit is lost

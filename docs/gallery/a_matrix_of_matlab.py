@@ -50,5 +50,5 @@ found
 
 # %%
 picture = hs.plot(found)
-picture.savefig("a_matrix_of_matlab.png")
+picture.save("a_matrix_of_matlab.png")
 picture

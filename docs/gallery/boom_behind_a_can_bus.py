@@ -92,5 +92,5 @@ found
 
 # %%
 picture = hs.plot(found)
-picture.savefig("boom_behind_a_can_bus.png")
+picture.save("boom_behind_a_can_bus.png")
 picture

@@ -66,5 +66,5 @@ found
 
 # %%
 picture = hs.plot(found)
-picture.savefig("export_of_a_rig.png")
+picture.save("export_of_a_rig.png")
 picture

@@ -33,5 +33,5 @@ found
 
 # %%
 picture = hs.plot(found)
-picture.savefig("from_a_log.png")
+picture.save("from_a_log.png")
 picture

@@ -16,5 +16,5 @@ hs.linearize(loop, command=0.1)
 
 # %%
 picture = hs.plot(found)
-picture.savefig("in_frequency.png")
+picture.save("in_frequency.png")
 picture

@@ -53,4 +53,4 @@ found
 
 # %%
 if found is not None:
-    hs.plot(found).savefig("laws_in_a_study.png")
+    hs.plot(found).save("laws_in_a_study.png")

@@ -24,5 +24,5 @@ run
 
 # %%
 picture = hs.plot(run)
-picture.savefig("my_cylinder.png")
+picture.save("my_cylinder.png")
 picture

@@ -49,5 +49,5 @@ runs = {"PI": hs.simulate(loop), "with feedforward": hs.simulate(mine)}
 
 # %%
 picture = hs.plot(runs)
-picture.savefig("own_law.png")
+picture.save("own_law.png")
 picture

@@ -17,5 +17,5 @@ found
 # %%
 tuned = hs.replace(loop, found.parameters)
 picture = hs.plot({"by hand": hs.simulate(loop), "tuned": hs.simulate(tuned)})
-picture.savefig("tune_it.png")
+picture.save("tune_it.png")
 picture

@@ -19,5 +19,5 @@ table
 
 # %%
 picture = hs.plot(table, "rms_error")
-picture.savefig("uncertainty.png")
+picture.save("uncertainty.png")
 picture

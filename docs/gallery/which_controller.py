@@ -23,5 +23,5 @@ pd.DataFrame({law: hs.metrics_of(run) for law, run in runs.items()}).T[metrics]
 
 # %%
 picture = hs.plot(runs)
-picture.savefig("which_controller.png")
+picture.save("which_controller.png")
 picture

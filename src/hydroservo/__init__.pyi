@@ -30,6 +30,7 @@ from hydroservo.errors import ScenarioError as ScenarioError
 from hydroservo.export.products import export_c as export_c
 from hydroservo.export.products import export_fmu as export_fmu
 from hydroservo.field import Field as Field
+from hydroservo.findings import plot as plot
 from hydroservo.identification.identified import identify as identify
 from hydroservo.identification.maps import map_logs as map_logs
 from hydroservo.limits import limit as limit
@@ -38,7 +39,6 @@ from hydroservo.linear.linearize import linearize as linearize
 from hydroservo.loop import AUTO as AUTO
 from hydroservo.loop import Loop as Loop
 from hydroservo.loop import Simulation as Simulation
-from hydroservo.plotting import plot as plot
 from hydroservo.runs.aims import Aim as Aim
 from hydroservo.runs.batch import simulate_batch as simulate_batch
 from hydroservo.runs.conditions import differences as differences

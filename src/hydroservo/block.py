@@ -100,9 +100,6 @@ def field_at(block: Block, path: str, outer: Field | None = None) -> Field:
         block: the block.
         path: of a number in it.
         outer: the controlled signal of what the block is in; None if nothing says so.
-
-    Raises:
-        ParameterError: no such path.
     """
     value_at(block, path)
     *parents, name = path.split(".")
@@ -124,9 +121,6 @@ def state_field_at(block: Block, state: Block, path: str, outer: Field | None = 
         state: its state.
         path: of a number in the state.
         outer: the controlled signal of what the block is in; None if nothing says so.
-
-    Raises:
-        ParameterError: no such path.
     """
     value_at(state, path)
     *parents, name = path.split(".")

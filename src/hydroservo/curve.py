@@ -113,11 +113,7 @@ class Curve(NamedTuple):
 
 
 def check_curve(curve: Curve, path: str) -> None:
-    """Refuse arrays that are no curve: kernels search the knots and read the coefficients beside them.
-
-    Raises:
-        ParameterError: they are not as :meth:`Curve.from_samples` makes them.
-    """
+    """Refuse arrays that are no curve: kernels search the knots and read the coefficients beside them."""
     knots, coefficients = curve
     made = "must come from Curve.from_samples"
     if knots.ndim != 1 or knots.size < 2 or coefficients.shape != (4, knots.size - 1):
@@ -130,11 +126,7 @@ def check_curve(curve: Curve, path: str) -> None:
 
 
 def monotone_cubic(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-    """PCHIP coefficients, shape (4, n-1).
-
-    Raises:
-        ParameterError: they overflow.
-    """
+    """PCHIP coefficients, shape (4, n-1)."""
     from scipy.interpolate import PchipInterpolator
 
     try:
@@ -148,11 +140,7 @@ def monotone_cubic(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np
 
 
 def column(name: str, samples: ArrayLike) -> NDArray[np.float64]:
-    """Samples as a vector of finite numbers.
-
-    Raises:
-        ParameterError: they are not.
-    """
+    """Samples as a vector of finite numbers."""
     try:
         values = np.array(samples, dtype=np.float64)
     except (TypeError, ValueError):

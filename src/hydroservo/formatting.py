@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 NONE = "\N{EN DASH}"  # stands where there is no number
+DEGREES = "\N{DEGREE SIGN}"
 COMMON = {  # the units of datasheets, whatever the size of a number
     "m": ("mm", 1e3),
     "m/s": ("mm/s", 1e3),
@@ -23,7 +24,9 @@ COMMON = {  # the units of datasheets, whatever the size of a number
     "m^3/(s V)": ("L/(min V)", 6e4),
     "Pa": ("bar", 1e-5),
     "Pa/V": ("bar/V", 1e-5),
+    "rad": (DEGREES, 180.0 / math.pi),
 }
+LARGE = ("N", "N/s", "Hz")  # units that get a prefix from 10,000 on
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -55,12 +58,13 @@ def readable_unit(unit: str, largest: float) -> tuple[str, float]:
         return superscripts(in_command_unit(label)[0]), factor * per_volt
     if unit in COMMON:
         return COMMON[unit]
+    if unit in LARGE and largest >= 1e4:
+        prefix, factor = ("k", 1e-3) if largest < 1e7 else ("M", 1e-6)
+        return f"{prefix}{unit}", factor
     if unit == "V" and largest < 1.0:
         return "mV", 1e3
     if unit == "s" and 0.0 < largest < 1.0:
         return ("ms", 1e3) if largest >= 1e-3 else ("µs", 1e6)
-    if unit in ("N", "N/s") and largest >= 1e4:
-        return (f"k{unit}", 1e-3) if largest < 1e7 else (f"M{unit}", 1e-6)
     return superscripts(unit), 1.0
 
 
@@ -108,12 +112,24 @@ def number(value: float, digits: int = 3) -> str:
     return text.replace("-", MINUS)
 
 
+def brief(value: float, digits: int = 4) -> str:
+    """A number as :func:`number` has it, without zeros at the end of its decimals."""
+    text = number(value, digits)
+    mantissa, power, rest = text.partition(f" {TIMES}")
+    return (mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa) + power + rest
+
+
 def quantity(value: float, unit: str) -> str:
     """A number of SI unit as an engineer reads it, such as 0.266 mm/s."""
     if not math.isfinite(value):
         return number(value)
     scale = scale_of([value], unit)
-    return f"{number(scale.of(value))} {scale.label}".strip()
+    return with_label(number(scale.of(value)), scale.label)
+
+
+def with_label(text: str, label: str) -> str:
+    """A number with its unit behind it."""
+    return f"{text}{label}" if label == DEGREES else f"{text} {label}".strip()
 
 
 def measured(run: "xr.Dataset", metric: str) -> str:

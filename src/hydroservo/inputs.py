@@ -37,9 +37,6 @@ def read_text(path: Path, most: int, name: str, key: str = "") -> str:
         most: the largest size accepted [bytes].
         name: the file that an error names.
         key: the key or place that an error names.
-
-    Raises:
-        ScenarioError: there is no such file, or it is not that.
     """
     content = read_bytes(path, most, name, key)
     try:
@@ -54,9 +51,6 @@ def read_record_text(path: Path, most: int, name: str) -> str:
     """The text of a record, in UTF-8, else in UTF-16 or Windows' code page 1252, as loggers write it.
 
     The arguments are those of :func:`read_text`.
-
-    Raises:
-        ScenarioError: there is no such file, or it is not text.
     """
     content = read_bytes(path, most, name)
     utf_16 = content.startswith(UTF_16)
@@ -69,11 +63,7 @@ def read_record_text(path: Path, most: int, name: str) -> str:
 
 
 def read_bytes(path: Path, most: int, name: str, key: str = "") -> bytes:
-    """The content of a regular file; the arguments are those of read_text.
-
-    Raises:
-        ScenarioError: there is no such file, or it is larger.
-    """
+    """The content of a regular file; the arguments are those of read_text."""
     check_regular(path, most, name, key)
     try:
         with path.open("rb") as file:
@@ -91,11 +81,7 @@ def kind_of(content: bytes) -> str:
 
 
 def check_regular(path: Path, most: int, name: str, key: str = "") -> None:
-    """Refuse what is not a regular file of at most ``most`` bytes; the arguments are those of read_text.
-
-    Raises:
-        ScenarioError: it is not that.
-    """
+    """Refuse what is not a regular file of at most ``most`` bytes; the arguments are those of read_text."""
     if problem := irregularity(path, most):
         raise ScenarioError(name, key, problem)
 

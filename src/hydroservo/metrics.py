@@ -93,11 +93,7 @@ def declared_metrics(watching: Mapping[str, Block], controls: Block = VELOCITY) 
 
 
 def values_at_start(name: str, monitor: Block) -> Block:
-    """What a monitor gives before it has heard anything.
-
-    Raises:
-        LoopError: it gives no record of numbers.
-    """
+    """What a monitor gives before it has heard anything."""
     try:
         found = monitor.values(monitor.init())
     except Exception as error:  # whatever a user's block stumbles over

@@ -11,7 +11,7 @@ from hydroservo.block import Block, in_signal, is_block, signal_below, signal_of
 from hydroservo.command_scale import is_volts
 from hydroservo.field import Field, declared_fields
 from hydroservo.formatting import common_unit
-from hydroservo.html_tables import Strong, html_row
+from hydroservo.show.html import Strong, html_row
 
 WIDTH = 110  # characters of a line
 DIGITS = 5  # a datasheet has no more

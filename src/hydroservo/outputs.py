@@ -53,9 +53,6 @@ def staged(folder: Path | str, last: str = "") -> Iterator[Path]:
     Args:
         folder: where the files go.
         last: the file that takes its place after all others.
-
-    Raises:
-        OutputError: a file cannot be written; where it can be foreseen, none has taken its place.
     """
     folder = Path(folder)
     with naming(folder), stage_in(folder) as stage:
@@ -69,18 +66,15 @@ def atomic_path(path: Path | str) -> Iterator[Path]:
 
     Missing folders are made. On an error or an interrupt the temporary file is removed, and what was at
     ``path`` before is still there. Where ``path`` lies in a folder that :func:`staged` gave, it is ``path``.
-
-    Raises:
-        OutputError: the file cannot be written.
     """
     path = Path(path)
-    staging = next((parent for parent in path.parents if STAGE.fullmatch(parent.name)), None)
-    if staging is None:
+    final = final_place(path)
+    if final == path:
         with naming(path), stage_in(path.parent) as stage:
             yield stage / path.name
             uninterrupted(lambda: move(stage, path.parent))
         return
-    with naming(staging.parent / path.relative_to(staging)):
+    with naming(final):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             yield path
@@ -90,12 +84,14 @@ def atomic_path(path: Path | str) -> Iterator[Path]:
             raise
 
 
-def write_text(path: Path | str, text: str) -> Path:
-    """Write a text file, whole or not at all; returns its path.
+def final_place(path: Path) -> Path:
+    """The path that a file will have; another than its own where that lies in a hidden folder."""
+    staging = next((parent for parent in path.parents if STAGE.fullmatch(parent.name)), None)
+    return path if staging is None else staging.parent / path.relative_to(staging)
 
-    Raises:
-        OutputError: the file cannot be written.
-    """
+
+def write_text(path: Path | str, text: str) -> Path:
+    """Write a text file, whole or not at all; returns its path."""
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
     return Path(path)
@@ -107,9 +103,6 @@ def written_or_kept(folder: Path, write: Callable[[Path], Sequence[Path]]) -> Se
     Args:
         folder: where they go.
         write: writes them into a folder and returns which they are.
-
-    Raises:
-        OutputError: they are not where they should be.
     """
     try:
         return write(folder)
@@ -135,11 +128,7 @@ def keep_elsewhere(problem: OutputError, write: Callable[[Path], object]) -> Out
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """A folder that is removed at the end, or by :func:`remove_temporary_folders` where that does not come.
-
-    Raises:
-        OutputError: there is no place for one.
-    """
+    """A folder that is removed at the end, or where that does not come as the process ends."""
     folder = new_temporary_folder()
     try:
         yield folder
@@ -149,11 +138,7 @@ def temporary_folder() -> Iterator[Path]:
 
 
 def new_temporary_folder() -> Path:
-    """A folder that stays until the process ends.
-
-    Raises:
-        OutputError: there is no place for one.
-    """
+    """A folder that stays until the process ends."""
     try:
         folder = Path(tempfile.mkdtemp(prefix="hydroservo-"))
     except OSError as error:
@@ -175,9 +160,6 @@ def check_outputs(files: Iterable[Path]) -> None:
     """Find out before a long computation whether files can be written after it.
 
     It writes a few bytes to where each will be made, or its folder, and leaves nothing behind.
-
-    Raises:
-        OutputError: one cannot be written, or there is something at its place that cannot be replaced.
     """
     tried = set()
     for file in files:
@@ -205,11 +187,7 @@ def digests(folder: Path, names: Iterable[str] | None = None) -> dict[str, str]:
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Errors of the system inside are said of a path.
-
-    Raises:
-        OutputError: there was one.
-    """
+    """Errors of the system inside are said of a path."""
     try:
         yield
     except OSError as error:

@@ -23,11 +23,7 @@ LARGEST_WHOLE = 2**53  # kernels take whole numbers as doubles, which hold no la
 
 
 def checked(block: Block, path: str = "") -> Block:
-    """A copy of a block, and all blocks nested in it, with parameters that are allowed and go together.
-
-    Raises:
-        ParameterError: naming the path, the value and what is allowed.
-    """
+    """A copy of a block, and all blocks nested in it, with parameters that are allowed and go together."""
     found = in_range(block, path)
     consistent(found, path)
     return found
@@ -39,9 +35,6 @@ def consistent(block: Block, path: str = "") -> None:
     Args:
         block: the block, its numbers in their ranges.
         path: where it is, for the message.
-
-    Raises:
-        ParameterError: they do not.
     """
     for name, value in zip(block._fields, block, strict=True):
         if is_block(value):
@@ -51,11 +44,7 @@ def consistent(block: Block, path: str = "") -> None:
 
 
 def check_own(block: Block, path: str) -> None:
-    """Ask a block that has a method ``check``, and not those in it.
-
-    Raises:
-        ParameterError: its numbers do not go together.
-    """
+    """Ask a block that has a method ``check``, and not those in it."""
     try:
         block.check()
     except ParameterError as error:
@@ -78,9 +67,6 @@ def in_range(block: Block, path: str = "", outer: Field | None = None) -> Block:
         block: the block.
         path: where it is, for the message.
         outer: the controlled signal of what it is in, whose unit the message may need; None if there is none.
-
-    Raises:
-        ParameterError: naming the path, the value and what is allowed.
     """
     values = []
     signal = signal_of(block, outer)
@@ -118,11 +104,7 @@ def declarations(cls: Any) -> tuple[Declaration, ...]:
 
 
 def array(value: Any, path: str, kind: Any) -> NDArray[np.float64]:
-    """A contiguous array of doubles with these values.
-
-    Raises:
-        ParameterError: the value is no array of real numbers, or one where a number is declared.
-    """
+    """A contiguous array of doubles with these values."""
     if kind in (float, int, bool):
         raise ParameterError(path, f"an array of shape {np.shape(value)}", "must be a single number")
     if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
@@ -132,11 +114,7 @@ def array(value: Any, path: str, kind: Any) -> NDArray[np.float64]:
 
 
 def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool:
-    """One number of its declared kind (float, int or bool) and range; "auto" is the field's automatic one.
-
-    Raises:
-        ParameterError: the value is not that.
-    """
+    """One number of its declared kind (float, int or bool) and range; "auto" is the field's automatic one."""
     if kind is str:
         raise ParameterError(path, value, TEXT)
     if kind is bool:
@@ -164,11 +142,7 @@ def fits(value: Any, field: Field, whole: bool) -> bool:
 
 
 def whole_number(name: str, value: object, least: int, most: int) -> int:
-    """A whole number in a range.
-
-    Raises:
-        ParameterError: it is none.
-    """
+    """A whole number in a range."""
     if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= most:
         raise ParameterError(name, value, f"must be a whole number from {least} to {most}")
     return int(value)

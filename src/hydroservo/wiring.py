@@ -38,11 +38,7 @@ def wired(loop: Loop) -> Loop:
 
 
 def check_valve(loop: Loop) -> None:
-    """Refuse a valve that the drive has no use for, and a drive without the valve that it needs.
-
-    Raises:
-        ParameterError: valve and drive do not go together.
-    """
+    """Refuse a valve that the drive has no use for, and a drive without the valve that it needs."""
     drive, valve = type(loop.drive).__name__, type(loop.valve).__name__
     if is_valveless(loop.drive) and not isinstance(loop.valve, NoValve):
         raise ParameterError(
@@ -53,11 +49,7 @@ def check_valve(loop: Loop) -> None:
 
 
 def check_chambers(loop: Loop) -> None:
-    """Refuse a drive that works from the pressures of two chambers on a plant that has none.
-
-    Raises:
-        ParameterError: it does.
-    """
+    """Refuse a drive that works from the pressures of two chambers on a plant that has none."""
     if not (has_chambers(loop.plant) or takes_load_pressure(loop.drive)):
         plant = type(loop.plant).__name__
         problem = f"works from the pressures of two chambers, and the plant {plant} has none; use a Cylinder"
@@ -83,12 +75,7 @@ def believed(loop: Block) -> DesignModel:
 
 
 def check_simple(loop: Block) -> None:
-    """Refuse a machine that has no design model, and say which block is in the way.
-
-    Raises:
-        ParameterError: the drive stands in the valve's place, the valve has no gain, or a block has no method
-            simplified.
-    """
+    """Refuse a machine that has no design model, and say which block is in the way."""
     why = "for the controller's model of it; else give the controller a model"
     if is_valveless(loop.drive):
         problem = (
@@ -146,9 +133,6 @@ def check_signals(law: Block, controls: Block, path: str) -> None:
         law: the controller, or one that it wraps.
         controls: the signal that it is to control.
         path: of the law, for the message.
-
-    Raises:
-        ParameterError: it cannot.
     """
     name, own = controls.declared().meaning, getattr(law, "controls", None)
     open_to = getattr(law, "signals", (type(controls),))

@@ -81,7 +81,7 @@ def test_a_number_without_unit_and_one_out_of_range_are_refused(page):
 def test_a_diverging_run_says_so_at_its_field(page):
     enter(page, MASS, "0.1 g")
     page.locator("#notes", has_text="Diverged").wait_for()
-    assert "is lost at" in problem(page, MASS).inner_text()
+    assert "The run diverged" in problem(page, MASS).inner_text()
     page.get_by_role("button", name="Undo").click()
     page.wait_for_selector("#notes:not(.bad)", state="attached")
 

@@ -16,9 +16,9 @@ import hydroservo
 from hydroservo import simulate
 from hydroservo.cli import batch as command_module
 from hydroservo.cli import progress as progress_module
-from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
 from hydroservo.metrics import declared_metrics, usual
-from hydroservo.runs.provenance import scenario_hash
+from hydroservo.runs.batch_finding import batch_finding, remarkable_run
+from hydroservo.runs.provenance import provenance, scenario_hash
 from hydroservo.runs.trace import judged
 from hydroservo.scenario import load_scenario, parse_override
 from tests.support.commands.processes import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
@@ -29,17 +29,19 @@ NOISY = "sensors={type='NoisySensors', velocity_noise='0.5 mm/s', load_force_noi
 SHORT = ("--set", "simulation.duration=5 ms", "--set", NOISY)
 VARIED = ("--vary", "plant.bulk_modulus=-30%..+30%", "--vary", "controller.velocity_gain=1500..2500")
 BATCH = ("batch", NAME, *SHORT, *VARIED, "--seeds")
-METRICS = declared_metrics(usual(load_scenario(NAME)))
-NUMBERS = [name for name in METRICS if name not in ("diverged", "stroke_left")]
+LOOP = load_scenario(NAME)
+METRICS = declared_metrics(usual(LOOP))
+FLAGS = ("demand_jumps", "diverged", "stroke_left")
+NUMBERS = [name for name in METRICS if name not in FLAGS]
 
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """A strict batch in every format, and what it printed."""
+    """A strict batch in every format, and how it ended."""
     out = tmp_path_factory.mktemp("batch")
     files = [out / f"runs.{ending}" for ending in ("csv", "parquet", "nc", "mat", "png")]
     options = [word for file in files for word in ("--out", file)]
-    return succeeded(*BATCH, "--runs", "40", "--strict", *options), out
+    return hydroservo_(*BATCH, "--runs", "40", "--strict", *options), out
 
 
 @pytest.fixture(scope="module")
@@ -97,19 +99,20 @@ def test_each_row_is_the_strict_run_of_its_settings(table):
 
 
 def test_the_screen_shows_ranges_spreads_verdict_and_a_replay(done, table):
-    text = done[0]
+    text = done[0].stdout
     rows = {line.split()[1]: line.split() for line in text.splitlines() if line.startswith(("│", "|"))}
     assert rows["plant.bulk_modulus"][3:8:2] == ["4900", "9100", "bar"]
-    assert set(NUMBERS) - set(rows) == {"settling_time", "overshoot"}  # a sine does not jump
+    hidden = {"settling_time", "overshoot"}  # a sine does not jump
+    assert set(NUMBERS) - set(rows) == {*hidden, "diverged_at"}
     spread = [*np.quantile(table["rms_error"], [0.05, 0.5, 0.95]), table["rms_error"].max()]
     assert rows["rms_error"][3:11:2] == [f"{1e3 * value:.4g}" for value in spread]
     assert rows["rms_error"][11] == "mm/s"
     assert "No run diverged, and no piston left its stroke." in text
-    assert re.search(r"s, [\d.,]+ runs per second", text)
+    assert re.search(r"s, [\d.,]+ runs per second", done[0].stderr)
     worst = int(table["steady_rms_error"].argmax())
-    line = next(line for line in text.splitlines() if line.startswith("run "))
+    line = next(line for line in text.splitlines() if line.startswith("Run "))
     start, _, replay = line.partition("; alone: ")
-    assert start == f"run {worst} has the worst steady_rms_error"
+    assert start == f"Run {worst} has the worst steady_rms_error"
     again = json.loads(succeeded(*shlex.split(replay)[1:], "--json"))
     assert again["metrics"]["steady_rms_error"] == table["steady_rms_error"].max()
 
@@ -127,7 +130,7 @@ def test_an_open_loop_is_judged_by_a_metric_that_it_has():
     assert (
         f"{NAME}: the loop has no steady_rms_error; position_max is shown, and --metric takes" in done.stderr
     )
-    assert re.search(r"^run \d has the worst position_max; alone: ", done.stdout, re.MULTILINE)
+    assert re.search(r"^Run \d has the worst position_max; alone: ", done.stdout, re.MULTILINE)
     assert "steady_rms_error': must be one of control_rms" in failed(
         *open_loop, "--metric", "steady_rms_error"
     )
@@ -176,30 +179,30 @@ def test_seeds_alone_vary_the_noise(tmp_path):
 def made_up(runs=10, lost=(), left=()):
     about = {name: judged(field) for name, field in METRICS.items()}
     numbers = {name: ("run", np.linspace(1.0, 2.0, runs), about[name]) for name in NUMBERS}
-    flags = {"diverged": lost, "stroke_left": left}
+    flags = {"diverged": lost, "stroke_left": left, "demand_jumps": ()}
     masks = {name: ("run", np.isin(np.arange(runs), which), about[name]) for name, which in flags.items()}
-    return xr.Dataset(numbers | masks, attrs={"hash": "abc", "version": "1"})
+    return xr.Dataset(numbers | masks, attrs=provenance(LOOP, LOOP))
 
 
-def test_runs_that_diverged_are_counted_and_left_out(capsys):
+def test_runs_that_diverged_are_counted_and_left_out():
     data = made_up(lost=(0, 9), left=(3,))
     data["rms_error"][9] = np.inf
-    summary = batch_summary("a[red]", 5, data, {}, [])
-    assert (summary.diverged, summary.stroke_left) == (2, 1)
-    assert summary.metrics["rms_error"].worst == data["rms_error"][8]
-    assert summary.metrics["position_min"].worst == data["position_min"][1]
+    finding = batch_finding(data, "a[red]")
+    assert (finding.numbers["diverged"], finding.numbers["stroke_left"]) == (2, 1)
+    assert finding.numbers["metrics"]["rms_error"]["worst"] == data["rms_error"][8]
+    assert finding.numbers["metrics"]["position_min"]["worst"] == data["position_min"][1]
     assert remarkable_run(data, "rms_error") == (0, "diverged")
-    show_batch(summary, data, 4.0, summary.runs)
-    text = capsys.readouterr().out
-    assert "a[red]" in text
-    assert "DIVERGED: 2 of 10 runs (20 %): " in text
-    assert "LEFT THE STROKE: 1 of 10 runs (10 %)." in text
-    assert "4 s, 2.5 runs per second" in text
+    assert finding.title == "10 runs of a[red]"
+    assert list(map(str, finding.lead[:3])) == [
+        "2 of 10 runs diverged (20.0 %).",
+        "1 of 10 runs left the stroke (10.0 %).",
+        "10 of 10 runs oscillate to the end (100 %).",
+    ]
 
 
 def test_a_batch_of_nothing_but_divergence_has_no_quantiles():
-    summary = batch_summary("a", 0, made_up(lost=range(10)), {}, [])
-    assert all(np.isnan(list(spread)).all() for spread in summary.metrics.values())
+    metrics = batch_finding(made_up(lost=range(10))).numbers["metrics"]
+    assert all(np.isnan(list(spread.values())).all() for spread in metrics.values())
 
 
 def test_the_worst_of_a_metric_that_no_run_has():
@@ -224,7 +227,7 @@ def test_the_worst_of_a_metric_that_no_run_has():
         (("--seeds", "--metric", "diverged"), "--metric = 'diverged': must be one of"),
         (
             ("--seeds", "--out", "runs.xlsx"),
-            "runs.xlsx: the ending '.xlsx' is not a known format; use one of .csv, ",
+            "--out = 'runs.xlsx': must end in one of .csv, ",
         ),
         (("--seeds", "--set", "plant.mass=-1"), "plant.mass: -1 must be"),
         (("--seeds", "--set", f"simulation.seed={2**53 - 1}"), "simulation.seed = "),

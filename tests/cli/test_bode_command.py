@@ -47,7 +47,7 @@ def test_bode_says_why_there_are_no_margins(tmp_path):
 
 def test_bode_prints_a_dash_for_what_is_not_coherent():
     text = " ".join(succeeded("bode", "axis/force", "--amplitude", "0.1V", "--realisations", "2").split())
-    assert "Measured: gain margin - (coherence 0." in text
+    assert "Measured: gain margin \N{EN DASH} (coherence 0." in text
     assert "try a larger --amplitude" in text
 
 

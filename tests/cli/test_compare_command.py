@@ -5,12 +5,11 @@ import json
 import pandas as pd
 import pytest
 
-from hydroservo import Loop, Simulation
-from hydroservo.cli.app import short_names
-from hydroservo.cli.summary import RunSummary, demand_jumps
-from hydroservo.cli.tables import show_comparison
-from hydroservo.field import Field
+from hydroservo import Loop, Simulation, simulate
+from hydroservo.cli.run import short_names
+from hydroservo.formatting import NONE
 from hydroservo.references import Ramp, Sine, Square, Step
+from hydroservo.runs.comparison_finding import alike
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base
 from tests.support.commands.runner import SHORT, UNSTABLE, succeeded
@@ -34,7 +33,7 @@ def test_compare_marks_nothing_under_unequal_conditions(tmp_path):
         path.write_text(on_base(f'plant.mass = "{mass}"\n'))
     said = succeeded("compare", *scenarios, *SHORT)
     assert "*" not in said
-    assert said.splitlines()[-1].split() == ["plant.mass:", "6", "kg,", "7", "kg"]
+    assert "  plant.mass: 6 kg, 7 kg" in said.splitlines()
     out = tmp_path / "out"
     found = json.loads(succeeded("compare", *scenarios, *SHORT, "--json", "--out", out))
     assert found["comparable"] is False
@@ -72,7 +71,7 @@ def test_compare_writes_metrics_and_a_plot(tmp_path):
 
 def test_compare_says_which_run_diverged():
     text = succeeded("compare", "paper/sine-pi", "paper/sine-pi", *SHORT, *UNSTABLE)
-    assert text.count("paper/sine-pi: DIVERGED: plant.velocity left physical reach") == 2
+    assert text.count("paper/sine-pi: The run diverged: plant.velocity left physical reach") == 2
 
 
 def test_files_are_called_by_their_name_alone_where_that_is_clear():
@@ -85,25 +84,13 @@ def cells_of(text):
     return {row[1].strip(): [cell.strip() for cell in row[2:-1]] for row in rows}
 
 
-def compared(capsys, *runs, best):
-    """The cells of a table of runs with this (rms_error, diverged) each."""
-    fields = {"rms_error": Field("m/s", "", smaller_is_better=True)}
-    summaries = [
-        RunSummary("", "", "", 0, "u", [], {"rms_error": error, "diverged": lost, "diverged_at": 0.0})
-        for error, lost in runs
-    ]
-    show_comparison(summaries, [str(i) for i in range(len(runs))], fields, {"rms_error": best}, [])
-    said = capsys.readouterr().out
-    assert ("* best" in said) == ("*" in "".join(cells_of(said)["rms_error"]))
-    return cells_of(said)["rms_error"][1:]
-
-
-def test_runs_whose_numbers_read_the_same_are_both_best_or_none(capsys):
-    kept, alike, worse = (1e-3, False), (1e-3 + 1e-12, False), (2e-3, False)
-    assert compared(capsys, kept, alike, worse, best={0}) == ["1 *", "1 *", "2"]
-    assert compared(capsys, kept, alike, best={0}) == ["1", "1"]
-    assert compared(capsys, kept, alike, (1e-3, True), best={0}) == ["1", "1", "1"]
-    assert compared(capsys, kept, worse, (1e-3, True), best={0}) == ["1 *", "2", "1"]
+def test_runs_whose_numbers_read_the_same_are_both_best_or_none():
+    same = 1e-3 + 1e-12
+    assert alike([1e-3, same, 2e-3], {0}, [False] * 3) == {0, 1}
+    assert alike([1e-3, same], {0}, [False] * 2) == set()
+    assert alike([1e-3, same, 1e-3], {0}, [False, False, True]) == set()
+    assert alike([1e-3, 2e-3, 1e-3], {0}, [False, False, True]) == {0}
+    assert alike([1e-3, None, 2e-3], {0}, [False] * 3) == {0}
 
 
 def test_a_demand_that_does_not_jump_has_no_settling_time():
@@ -112,8 +99,8 @@ def test_a_demand_that_does_not_jump_has_no_settling_time():
     assert not {"settling_time", "overshoot"} & set(cells_of(succeeded("run", sine, *short)))
     assert {"settling_time", "overshoot"} <= set(cells_of(succeeded("run", square, *short)))
     found = cells_of(succeeded("compare", sine, square, *short))
-    assert found["settling_time"][1] == found["overshoot"][1] == "-"
-    assert found["settling_time"][2] != "-"
+    assert found["settling_time"][1] == found["overshoot"][1] == NONE
+    assert found["settling_time"][2] != NONE
     said = json.loads(succeeded("run", sine, *short, "--json"))
     assert said["metrics"]["settling_time"] is not None  # a number as it was recorded
 
@@ -129,4 +116,6 @@ def test_a_demand_that_does_not_jump_has_no_settling_time():
     ],
 )
 def test_which_demands_jump(reference, jumps):
-    assert demand_jumps(example(Loop, Simulation(8.0), reference=reference)) is jumps
+    run = simulate(example(Loop, Simulation(8.0), reference=reference))
+    assert bool(run["demand_jumps"]) is jumps
+    assert run["demand_reach"] == pytest.approx(0.03, rel=1e-3)

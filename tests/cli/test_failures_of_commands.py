@@ -152,7 +152,7 @@ def test_a_library_that_the_system_does_not_load_is_one_line(tmp_path, monkeypat
 
 
 def test_a_large_trajectory_is_announced(tmp_path, monkeypatch):
-    monkeypatch.setattr("hydroservo.cli.app.LARGE_TRACE", 1000)
+    monkeypatch.setattr("hydroservo.cli.run.LARGE_TRACE", 1000)
     result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path, "--json")
     assert "MiB of memory" in result.stderr
     json.loads(result.stdout)

@@ -54,7 +54,7 @@ def test_out_means_the_same_in_each_command():
         (("export", "fmu", "paper/sine-pi"), "law", "is a folder, and this command writes a file"),
         (("export", "ssp", "paper/sine-pi"), "law.ssp/", "is a folder, and this command writes a file"),
         (("schema",), "schema", "is a folder, and this command writes a file"),
-        (("log", "there"), "picture", "is a folder, and this command writes a file"),
+        (("log", "there"), "picture.html", "must end in one of .png, .svg, .pdf, or be a folder"),
     ],
 )
 def test_a_place_of_the_other_kind_is_one_line(words, out, said, tmp_path, monkeypatch):

@@ -40,6 +40,21 @@ def test_identify_finds_the_mass_and_writes_what_it_found(log, tmp_path):
     assert {"scenario.toml", "log-1.png", "fit-1.png"} <= {file.name for file in out.iterdir()}
     assert hashlib.sha256(log.read_bytes()).hexdigest() in text_of(out)
     assert load_scenario(out / "scenario.toml").plant.mass == mass["value"]
+    check_tables(out / "tables", said)
+
+
+def check_tables(folder, said):
+    """The tables of a report have the numbers that --json prints."""
+    parameters, signals = (
+        pd.read_csv(folder / f"{name}.csv", index_col=0, dtype=str) for name in ("parameters", "signals-1")
+    )
+    for path, one in said["parameters"].items():
+        *ends, unit = parameters.loc[path, ["value", "from", "to", "unit"]]
+        factor = 100.0 if unit == "%" else 1.0
+        assert [*map(float, ends)] == [factor * one[end] for end in ("value", "low", "high")]
+        assert unit == one["unit"] or (unit == "%" and "%" in RANGES[path])
+    for name, one in said["logs"][0]["signals"].items():
+        assert [*map(float, signals.loc[name, ["left, rms", "held out"]])] == [one["rms"], one["held_out"]]
 
 
 def damaged(log, tmp_path, **columns):
@@ -157,7 +172,7 @@ def test_a_command_that_never_changes_is_said(log, tmp_path):
     file = damaged(log, tmp_path, command=constant)
     result = hydroservo_("identify", SCENARIO, file, *MASS, *SETTINGS)
     assert result.exit_code == 3, result.output
-    assert "THE MODEL DOES NOT FIT the logs, so they tell none of its numbers." in result.stderr
+    assert "THE MODEL DOES NOT FIT the logs, so they tell none of its numbers." in result.stdout
     written = json.loads(hydroservo_("identify", SCENARIO, file, *MASS, *SETTINGS, "--json").stdout)
     assert written["fits"] is False
     assert written["parameters"]["plant.mass"]["low"] is None
@@ -191,7 +206,7 @@ def test_predictions_a_proposal_and_a_comparison_are_said(log, tmp_path):
     assert np.abs(table["command [V]"]).max() <= 10.0
     shown = hydroservo_("identify", SCENARIO, log, *asked, *own, *SETTINGS, *words, *limit)
     assert "its one more number" in " ".join(shown.stdout.split())
-    assert "narrower" in shown.stdout
+    assert "times as narrow" in shown.stdout
 
 
 def test_a_number_without_influence_and_one_at_an_end_are_said(log):

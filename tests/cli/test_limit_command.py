@@ -6,23 +6,35 @@ import pandas as pd
 import pytest
 
 from tests.support.commands.runner import failed, succeeded
+from tests.support.commands.tuning import rows_of
 from tests.support.reports import check_report
 
 SHORTER = ("--set", "simulation.duration=0.06", "--set", "reference.period=0.06")  # s; a jump at half of it
 SQUARE = ("limit", "rig/1khz-pi-square", *SHORTER)
 
 
-def test_limit_prints_what_each_command_leaves():
-    lines = succeeded(*SQUARE).splitlines()
-    rows = {cells[1].strip(): cells for line in lines if len(cells := line.split("│")) > 3}
-    assert list(rows) == ["law", "causal", "clairvoyant"]
-    assert all(cells[2].strip().endswith("mm/s") for cells in rows.values())
-    assert rows["causal"][3].strip().endswith("times this")
+@pytest.fixture(scope="module")
+def said(tmp_path_factory):
+    """What a search printed as JSON, and the folder that it left."""
+    out = tmp_path_factory.mktemp("limit") / "out"
+    return json.loads(succeeded(*SQUARE, "--json", "--out", out)), out
 
 
-def test_limit_json_is_one_object(tmp_path):
-    out = tmp_path / "out"
-    said = json.loads(succeeded(*SQUARE, "--json", "--out", out))
+def test_limit_prints_what_each_command_leaves(said):
+    text = succeeded(*SQUARE)
+    rows = {name: cells for name, cells in rows_of(text).items() if len(cells) == 3}
+    heading, *names = rows
+    assert (heading, names) == ("command", ["law", "causal", "clairvoyant"])
+    assert rows[heading][0] == "rms of the velocity error [mm/s]"
+    for name in names:
+        assert float(rows[name][0]) == pytest.approx(1e3 * said[0]["rms_error"][name], rel=5e-3)
+    for name, multiple in said[0]["multiple"].items():
+        assert float(rows[name][1]) == pytest.approx(multiple, rel=5e-3)
+        assert f"{multiple:.2f} times the {name} limit" in text
+
+
+def test_limit_json_is_one_object(said):
+    said, out = said
     assert list(said) == ["scenario", "hash", "unit", "rms_error", "multiple", "search"]
     errors = said["rms_error"]
     assert errors["clairvoyant"] < errors["causal"] < errors["law"]

@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.commands.runner import failed, hydroservo_, succeeded
+from tests.support.reports import check_report
 
 ROWS = "".join(f"{0.01 * k:.2f},{4.0 + k % 5:g},{10.0 + k:g},40\n" for k in range(40))
 MAPPING = """
@@ -26,15 +27,16 @@ def test_a_log_is_shown_as_it_is_understood() -> None:
     rows = [line.replace("│", " ").split() for line in text.splitlines()]
     assert ["command", "Current", "[mA]", "40", "1", "2", "V"] in rows
     assert ["position", "Boom", "[deg]", "40", "75", "367.5", "mm"] in rows
-    assert "a sample every 10 ms (100 Hz), without a gap of more than a few samples" in text
+    assert "A sample every 10 ms (100 Hz), without a gap of more than a few samples" in text
     assert Path("boom.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_same_as_an_object() -> None:
-    result = hydroservo_("log", "boom.csv", "--scenario", "boom.toml", "--json")
+    result = hydroservo_("log", "boom.csv", "--scenario", "boom.toml", "--json", "--out", "boom/")
     found = json.loads(result.stdout)
     assert found["signals"]["command"]["highest"] == 2.0
     assert found["period"] == pytest.approx(0.01)
+    check_report(Path("boom"), found)
     assert "warning: boom.csv: columns that are not used: Oil [°C]" in result.stderr
 
 

@@ -2,13 +2,19 @@
 
 import hashlib
 import json
+from html import escape
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from hydroservo.formatting import brief
+from hydroservo.identification.maps import map_logs
+from hydroservo.identification.maps.finding import map_finding
 from hydroservo.scenario import load_scenario
+from hydroservo.show.table import texts_of
 from tests.support.commands.runner import failed, hydroservo_, succeeded
+from tests.support.commands.tuning import rows_of
 from tests.support.map_logs import scenario
 from tests.support.reports import check_report, text_of
 
@@ -52,9 +58,25 @@ def test_map_writes_what_it_found(log, tmp_path):
 
 
 def test_map_shows_its_numbers(log, tmp_path):
-    assert "internal_leakage" in succeeded(
-        "map", "decay", mapped(tmp_path, log), "--scenario", scenario("decay")
-    )
+    log = mapped(tmp_path, log)
+    text = succeeded("map", "decay", log, "--scenario", scenario("decay"))
+    found = map_logs("decay", log, scenario("decay"))
+    row = rows_of(text)["internal_leakage"]
+    assert row[0] == brief(found.numbers["internal_leakage"].value)
+    count, total = len(found.numbers), len(found.numbers) + len(found.undetermined)
+    assert f"{count} of {total} numbers can be determined, from {found.curve.sizes['point']:,} points" in text
+
+
+def test_a_notebook_shows_the_numbers_of_a_map(log, tmp_path):
+    found = map_logs("decay", mapped(tmp_path, log), scenario("decay"))
+    (table,) = map_finding(found).tables
+    number = found.numbers["bulk_modulus"]
+    (row,) = (row for row in table.rows if row[0].value == "bulk_modulus")
+    assert [cell.value for cell in row[1:4]] == [*number[:3]]
+    page = found._repr_html_()
+    assert all(remark in page for remark in map(escape, found.remarks))
+    for text in (*texts_of(table).rows[0], *found.undetermined):
+        assert escape(text) in page
 
 
 @pytest.mark.parametrize(

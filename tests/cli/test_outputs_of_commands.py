@@ -19,8 +19,8 @@ from hydroservo.figures import style
 from hydroservo.outputs import PREFIX
 from hydroservo.runs import results
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.runs.results import foreign_files
 from hydroservo.scenario import load_scenario
+from hydroservo.show.numbers import foreign_files
 from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.commands.runner import hydroservo_, succeeded
 
@@ -33,12 +33,12 @@ TUNE = ("tune", "paper/sine-pi", *SHORT, *GAIN, "--candidates", "64")
 FULL = "cannot be written: No space left on device"
 COMMANDS = [
     (RUN, "DIR", "metrics.json", "hydroservo.runs.run.simulate"),
-    (RUN, "DIR", "run.svg", "hydroservo.runs.run.simulate"),
-    (COMPARE, "DIR", "comparison.png", "hydroservo.runs.run.simulate"),
+    (RUN, "DIR", "report.html", "hydroservo.runs.run.simulate"),
+    (COMPARE, "DIR", "metrics.json", "hydroservo.runs.run.simulate"),
     (BATCH, "runs.csv", "", "hydroservo.runs.batch.simulate_batch"),
     (TUNE, "gains.toml", "", "hydroservo.runs.tuning.searched"),
-    (("limit", "paper/sine-pi"), "DIR", "causal.csv", "hydroservo.limits.limit"),
-    (("audit", "paper/sine-pi"), "DIR", "margins.svg", "hydroservo.audits.audit"),
+    (("limit", "paper/sine-pi"), "DIR", "report.html", "hydroservo.limits.limit"),
+    (("audit", "paper/sine-pi"), "DIR", "metrics.json", "hydroservo.audits.audit"),
     (("study", "small"), "DIR", "study.json", "hydroservo.studies.running.do"),
     (("study", "small"), "DIR", "report.html", "hydroservo.studies.running.do"),
     (("paper",), "DIR", "trajectories/sine-pi.parquet", "hydroservo.papers.tsmc_eha_2021.study.run_study"),
@@ -122,7 +122,7 @@ def test_a_batch_writes_the_other_files_and_keeps_the_lost_one_elsewhere(tmp_pat
     result = hydroservo_(*BATCH, *(word for file in files for word in ("--out", file)))
     assert result.exit_code == 2
     (kept,) = temporary.iterdir()
-    assert result.stderr == f"hydroservo: {files[1]}: {FULL}; kept in {kept} instead\n"
+    assert result.stderr.splitlines()[-1] == f"hydroservo: {files[1]}: {FULL}; kept in {kept} instead"
     assert result.stdout.splitlines()[-1] == f"written: {files[0]}, {files[2]}"
     assert "rms_error" in result.stdout
     assert len(pd.read_parquet(kept / "runs.parquet")) == len(pd.read_csv(files[0])) == 5
@@ -137,7 +137,7 @@ def test_a_defect_of_one_output_does_not_cost_the_others(tmp_path, monkeypatch):
     monkeypatch.setattr("hydroservo.figures.batch.plot_batch", defective)
     result = hydroservo_(*BATCH, "--out", tmp_path / "runs.png", "--out", tmp_path / "runs.csv")
     assert result.exit_code == 1
-    assert result.stderr.startswith("hydroservo: a defect of hydroservo: ZeroDivisionError: ; with ")
+    assert "\nhydroservo: a defect of hydroservo: ZeroDivisionError: ; with " in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["runs.csv"]
     assert "rms_error" in result.stdout
 

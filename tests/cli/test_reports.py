@@ -11,9 +11,9 @@ import pytest
 
 from hydroservo import load_scenario, simulate
 from hydroservo.figures.comparison import plot_comparison
-from hydroservo.figures.latex_text import label
 from hydroservo.figures.style import fit_width, style
-from hydroservo.runs.results import foreign_files
+from hydroservo.show.latex import label
+from hydroservo.show.numbers import foreign_files
 from tests.support.commands.runner import QUICK, SHORT, failed, succeeded
 from tests.support.needs import needs
 from tests.support.reports import check_report, page, text_of
@@ -39,7 +39,9 @@ def test_a_folder_has_a_page_that_needs_no_other_and_all_that_json_says(tmp_path
     check_report(tmp_path, json.loads(succeeded(*words, "--json", "--out", tmp_path)))
 
 
-@pytest.mark.parametrize("words", [(*RUN, "--set", "load.amplitude=150N"), LINEARIZE, BATCH])
+@pytest.mark.parametrize(
+    "words", [(*RUN, "--set", "load.amplitude=150N"), LINEARIZE, BATCH, (*TUNE, "--unbounded")]
+)
 def test_the_command_of_a_page_makes_the_same_folder_again(tmp_path, words):
     succeeded(*words, "--out", f"{tmp_path}/first/")
     (command,) = re.findall(r"<pre><code>(hydroservo .*?)</code>", page(tmp_path / "first"), re.DOTALL)
@@ -50,27 +52,34 @@ def test_the_command_of_a_page_makes_the_same_folder_again(tmp_path, words):
     assert contents(tmp_path / "again") == contents(tmp_path / "first")
 
 
-def test_tables_have_what_the_terminal_shows(tmp_path):
+def test_the_page_has_what_the_terminal_shows(tmp_path):
     said = succeeded("compare", "paper/sine-pi", "paper/sine-backstepping", *SHORT, "--out", tmp_path)
-    table = pd.read_csv(tmp_path / "tables" / "metrics.csv", dtype=str, keep_default_na=False)
-    shown = {
-        cells[1]: cells[2:]
-        for line in said.splitlines()
-        if len(cells := [cell.strip() for cell in line.split("│")]) > 4
-    }
-    best = 0
-    for name, *cells in table.itertuples(index=False, name=None):
-        assert [cell.removesuffix(" *") for cell in shown[name][: len(cells)]] == cells
-        best += sum(cell.endswith(" *") for cell in shown[name])
+    shown = [
+        [cell.strip() for cell in line.split("│")[1:-1]] for line in said.splitlines() if line[:1] == "│"
+    ]
+    rows = re.findall(r"<tr>(<td.*)</tr>", page(tmp_path))
+    cells = [[html.unescape(cell) for cell in re.findall(r"<td[^>]*>([^<]*)</td>", row)] for row in rows]
+    assert [[cell.removesuffix(" *") for cell in row] for row in shown] == cells[: len(shown)]
+    best = sum(cell.endswith(" *") for row in shown for cell in row)
     assert best > 0
-    assert page(tmp_path).count('<td class="n"><b>') == best
+    assert page(tmp_path).count('<td class="n best">') == best
     assert (tmp_path / "tables" / "metrics.tex").read_text().count(r"\textbf{") == best
+
+
+def test_a_table_for_a_spreadsheet_has_the_numbers_of_json(tmp_path):
+    said = json.loads(
+        succeeded("compare", "paper/sine-pi", "paper/sine-tsmc", *SHORT, "--json", "--out", tmp_path)
+    )
+    table = pd.read_csv(tmp_path / "tables" / "metrics.csv", index_col="metric")
+    for name, run in zip(("paper/sine-pi", "paper/sine-tsmc"), said["runs"], strict=True):
+        assert float(table[name]["rms_error"]) == run["metrics"]["rms_error"]
+    assert table["unit"]["rms_error"] == "m/s"
 
 
 def test_a_page_says_what_is_wrong(tmp_path):
     words = ("paper/sine-pi", "rig/1khz-pi-sine")
     succeeded("compare", *words, *SHORT, "--out", tmp_path)
-    assert "No run is marked best, for they differ in more than the controller" in text_of(tmp_path)
+    assert "for they differ in more than the controller" in text_of(tmp_path)
 
 
 def test_names_in_a_page_are_text_and_no_tags(tmp_path):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydroservo
+from hydroservo.formatting import MINUS, NONE, brief
 from tests.support.bases import on_base
 from tests.support.commands.runner import PLUGIN, failed, succeeded
 from tests.support.commands.tuning import (
@@ -110,23 +111,24 @@ def test_the_screen_shows_values_metrics_and_a_replay(done, said):
     text, file = done
     rows = rows_of(text)
     assert rows[GAIN][-4:] == [f"{said['parameters'][GAIN]:.5g}", "0.3", "30", "V s/m"]
-    assert rows[FILTER][-4:] == [f"{said['parameters'][FILTER]:.5g}", "5e-05", "0.2", "s"]
-    assert "rms_error [mm/s], mean over 3 seeds" in text
+    assert rows[FILTER][-4:] == [brief(said["parameters"][FILTER], 5), brief(5e-5), "0.2", "s"]
+    assert "rms_error before and after, mean over 3 seeds." in text
+    assert "┃ before [mm/s] ┃ after [mm/s] ┃ change [%] ┃" in text
     for one in said["scenarios"]:
         weight, *numbers, change = rows[one["scenario"]]
         assert weight == f"{one['weight']:g}"
-        assert numbers == [f"{1e3 * one[when]:.4g}" for when in ("before", "after")]
-        assert change == f"{100.0 * (one['after'] / one['before'] - 1.0):+.3g} %"
+        assert numbers == [brief(1e3 * one[when]) for when in ("before", "after")]
+        assert change == brief(100.0 * (one["after"] / one["before"] - 1.0), 3)
     _, _, after, change = rows["geometric mean"]
-    assert after == f"{1e3 * said['geometric_mean']:.4g}"
-    assert change.startswith("-")
+    assert after == brief(1e3 * said["geometric_mean"])
+    assert change.startswith(MINUS)
     assert "384 closed loops were simulated." in text
     assert text.splitlines()[-1] == f"written: {file}"
 
 
 def test_values_with_which_the_loop_diverged_have_no_metric(tmp_path):
     args = (*QUICK, *RUNAWAY, "--vary", f"{WINDUP}=1..100 1/s")
-    assert rows_of(succeeded(*args))[NAMES[0]][1::2] == ["diverged", "-"]
+    assert rows_of(succeeded(*args))[NAMES[0]][1::2] == ["diverged", NONE]
     (one,) = json.loads(succeeded(*args, "--json"))["scenarios"]
     assert one["before"] is None
     assert one["after"] < 1.0
@@ -136,15 +138,15 @@ def test_the_replay_runs_and_gives_the_metric_shown():
     text = succeeded(*QUICK, *VARIED, "--set", f"{GAIN}=2")
     _, before, after, change = rows_of(text)[NAMES[0]]
     assert float(before) == pytest.approx(1e3 * again(NAMES[0], {GAIN: 2.0}, seeds=1), rel=1e-3)
-    assert change == f"{100.0 * (float(after) / float(before) - 1.0):+.3g} %"
+    assert change == brief(100.0 * (float(after) / float(before) - 1.0), 3)
     words = replay_in(text)
     assert words[:3] == ["hydroservo", "run", NAMES[0]]
     metrics = json.loads(succeeded(*words[1:], "--json"))["metrics"]
-    assert f"{1e3 * metrics['rms_error']:.4g}" == after
+    assert brief(1e3 * metrics["rms_error"]) == after
 
 
 def test_the_replay_of_several_scenarios_compares_them(done, said):
-    words = replay_in(done[0], "with these values and the first seed: ")
+    words = replay_in(done[0], "With these values and the first seed: ")
     assert words[:4] == ["hydroservo", "compare", *NAMES]
     runs = json.loads(succeeded(*words[1:], "--json"))["runs"]
     expected = [again(name, said["parameters"], seeds=1) for name in NAMES]
@@ -157,8 +159,8 @@ def test_a_metric_that_is_0_can_be_shown():
     rows = rows_of(
         succeeded("tune", *NAMES, *SHORT, *power, *calm, *FEW)
     )  # large gains alone are at the limit
-    assert rows[NAMES[0]] == ["1", "0", "0", "-"]
-    assert rows["geometric mean"][1:] == ["0", "0", "-"]
+    assert rows[NAMES[0]] == ["1", "0", "0", NONE]
+    assert rows["geometric mean"][1:] == ["0", "0", NONE]
 
 
 def test_a_metric_that_is_0_with_all_candidates_is_one_line():
@@ -168,15 +170,15 @@ def test_a_metric_that_is_0_with_all_candidates_is_one_line():
 
 
 def test_a_value_at_an_end_is_said():
-    edge = f"AT THE EDGE of its range, so a wider one may hold better: {GAIN}"
+    edge = f"At an end of its range, so a wider one may hold better: {GAIN}."
     many = ("tune", NAMES[0], *SHORT, "--candidates", "256", "--vary")
     assert edge in succeeded(*many, f"{GAIN}=0.3..1")
-    assert "AT THE EDGE" not in succeeded(*many, f"{GAIN}=0.3..30")
+    assert "At an end" not in succeeded(*many, f"{GAIN}=0.3..30")
 
 
 def test_values_that_leave_a_loop_unstable_are_said():
     large = (*QUICK, "--vary", f"{GAIN}=50..100")
-    assert f"UNSTABLE for small motions: {NAMES[0]}" in succeeded(*large)
+    assert f"Unstable for small motions: {NAMES[0]}" in succeeded(*large)
     assert json.loads(succeeded(*large, "--json"))["unstable"] == [NAMES[0]]
     assert json.loads(succeeded(*QUICK, "--vary", f"{GAIN}=0.3..3", "--json"))["unstable"] == []
 
@@ -206,7 +208,7 @@ def test_a_users_own_controller_can_be_searched(tmp_path):
     words = replay_in(text)
     (after,) = (cells[2] for cells in rows_of(text).values() if cells[:1] == ["1"])  # a long path is folded
     metrics = json.loads(succeeded(*words[1:], "--json"))["metrics"]
-    assert f"{1e3 * metrics['rms_error']:.4g}" == after
+    assert brief(1e3 * metrics["rms_error"]) == after
 
 
 def test_scales_take_each_scenario_with_several_machines():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.errors import ParameterError
 from hydroservo.holds import DelayedHold
-from hydroservo.runs.record_coverage import check_records
+from hydroservo.runs.cautions.records import check_records
 from hydroservo.runs.run import ready
 from hydroservo.scenario.fits import ROLES
 from hydroservo.testing.drawing import ORDINARY

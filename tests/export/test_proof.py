@@ -130,7 +130,7 @@ def test_samples_for_which_a_law_does_not_end_are_left_out(
 ) -> None:
     monkeypatch.setattr("hydroservo.export.c.coverage.LONGEST", 0.2)
     monkeypatch.setattr("hydroservo.export.c.vectors.HUGE", 1e5)
-    monkeypatch.setattr("hydroservo.export.c.trials.DRAWN", 1)
+    monkeypatch.setattr("hydroservo.export.c.proof.DRAWN", 1)
     loop = law(tmp_path, ENDLESS)
     proof = proven(loop, unit_of(loop))[1]
     assert proof.compiler

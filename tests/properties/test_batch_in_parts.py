@@ -9,8 +9,7 @@ from hydroservo import HydroservoWarning, Loop, ParameterError, Simulation, simu
 from hydroservo.cli.options import ranges_in
 from hydroservo.runs.step_sizes import hardest
 from hydroservo.scenario import assembled
-from hydroservo.scenario.batch_table import table_of_runs
-from hydroservo.scenario.parts import Sampled, Workers, simulate_in_parts
+from hydroservo.scenario.parts import Sampled, Workers, simulate_in_parts, table_of_runs
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.sampling import assembly_of, variations
 from hydroservo.testing.examples import example

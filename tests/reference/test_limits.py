@@ -12,9 +12,8 @@ from hydroservo.controlled import Position
 from hydroservo.controllers import PI, Saturation
 from hydroservo.controllers.rate_limit import RateLimit
 from hydroservo.drives.ports import Ports
-from hydroservo.limits.command import command_limits
+from hydroservo.limits.command import Playback, command_limits
 from hydroservo.limits.machine import lawless, machine_limits
-from hydroservo.limits.playback import Playback
 from hydroservo.loads import Constant
 from hydroservo.references import Sine, Step
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures

@@ -12,7 +12,7 @@ from hydroservo.drives import Lines
 from hydroservo.hooks import resting
 from hydroservo.oils import AeratedOil, ConstantOil
 from hydroservo.plants import Cylinder, LoadPressurePlant
-from hydroservo.runs.mismatches import mismatch_cautions
+from hydroservo.runs.cautions.mismatches import mismatch_cautions
 from hydroservo.runs.run import complete
 from hydroservo.signals import Feed, Pressures
 from hydroservo.states import filled

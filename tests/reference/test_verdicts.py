@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.limits.playback import Playback
+from hydroservo.limits.command import Playback
 from tests.support.independent_machines import (
     PERIOD,
     SPANS,

@@ -67,7 +67,7 @@ search = { candidates = 256, widen = 0, levels = [1.0, 2.0] }
 KalmanObserver.velocity_noise = "sensors.velocity_noise"
 KalmanObserver.load_force_noise = "sensors.load_force_noise"
 """
-FOLDERLESS = {"log bench", "log simulated"}  # they take a picture alone
+
 LOGS = {  # scenarios whose runs are the logs that commands read
     "identify fits": f"axis.toml {SECOND}",
     "identify misfit": f"axis.toml {SECOND} --set 'plant.friction={STRIBECK}'",
@@ -92,8 +92,7 @@ def outputs_of(name: str, keep: Path | None = None) -> dict[str, Any]:
         os.chdir(folder)
         try:
             prepare(name)
-            out = () if name in FOLDERLESS else ("--out", "out")
-            plain, machine = hydroservo_(*words, *out), hydroservo_(*words, *json_words(name))
+            plain, machine = hydroservo_(*words, "--out", "out"), hydroservo_(*words, *json_words(name))
         finally:
             os.chdir(before)
         (folder / "stdout").write_text(plain.stdout, "utf-8")

@@ -9,7 +9,7 @@ import pytest
 
 from hydroservo import load_scenario
 from hydroservo.assumptions import Assumption, Peak, above, below, near, per_second
-from hydroservo.audits.auditor import Asked, asked
+from hydroservo.audits.audited import Asked, asked
 from hydroservo.audits.facts import LoopFacts
 from hydroservo.audits.largest import CommandPeaksValues
 from hydroservo.audits.lumped import LumpedValues

@@ -8,7 +8,7 @@ import pytest
 from hydroservo.audits.balance import limit_cycles
 from hydroservo.audits.chatter import chatter_of
 from hydroservo.audits.describing import Describing, limited
-from hydroservo.audits.swing import swing
+from hydroservo.audits.tone import swing
 
 LIMIT = 10.0
 A, W = np.geomspace(1e-4, 14.0, 30), np.geomspace(5.0, 3000.0, 200)

@@ -12,6 +12,7 @@ from hydroservo.audits.strain import Strain, strain, strain_monitors
 from hydroservo.audits.sustained import OSCILLATION, Remains, Sustained, sustained
 from hydroservo.audits.verdicts import verdicts
 from hydroservo.loop import Loop
+from hydroservo.show import Mark
 from tests.support.brink import at_the_brink
 
 STICKING = {  # and a valve without hysteresis and overlap, so that nothing but friction is left to hunt by
@@ -103,7 +104,7 @@ def test_the_run_wins_over_the_forecast() -> None:
     left = (Remains("gain", "at half the gain", 0.0, True), Remains("sampling", "faster", 0.5, False))
     swings = Sustained(1e-3, "m", 0.5, 8.0, 0.0, 0.0, left)
     run, forecast = verdicts(Audit((), False, RESTS, "", swings))
-    assert (run.lead, run.good) == ("The run oscillates", False)
+    assert (run.lead, run.mark) == ("The run oscillates", Mark.BAD)
     assert run.rest == ", by 500 mV and 1.00 mm at 8.00 Hz to its end. It dies out at half the gain."
     assert "No chatter" not in forecast.lead
     assert "noise and steps of sensors" in forecast.rest

@@ -13,11 +13,13 @@ from hydroservo.figures.bode import plot_bode
 from hydroservo.holds import DelayedHold
 from hydroservo.linear import margins
 from hydroservo.linear.bode import bode_over
+from hydroservo.linear.bode_finding import bode_finding
 from hydroservo.linear.excitation import Chirp
 from hydroservo.linear.measured_margins import measured_margins
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.responses import responses
+from hydroservo.show import Mark
 from tests.support.brink import at_the_brink
 
 MEASURED = ("machine", "open", "closed", "compliance", "open_compliance")
@@ -246,6 +248,13 @@ def test_several_points_lie_side_by_side() -> None:
     assert data["point"].values.tolist() == [4.0, 8.0]
     assert float(data["phase_margin"][0]) > float(data["phase_margin"][1])
     assert len(plot_bode(data).axes) == 6
+    (table,) = bode_finding(data).tables
+    assert [one.heading for one in table.columns] == ["plant.mass", "4 kg", "8 kg", "unit"]
+    rows = {str(row[0].value): row[1:3] for row in table.rows}
+    assert [cell.value for cell in rows["phase margin"]] == data["phase_margin"].values.tolist()
+    assert {cell.unit for cell in rows["phase margin"]} == {"rad"}
+    decibels = 20.0 * np.log10(data["gain_margin"].values)
+    np.testing.assert_allclose([cell.value for cell in rows["gain margin"]], decibels, rtol=1e-12)
 
 
 def test_of_an_unstable_loop_there_is_the_linear_model() -> None:
@@ -254,6 +263,21 @@ def test_of_an_unstable_loop_there_is_the_linear_model() -> None:
     assert math.isnan(data["bandwidth"])
     assert "tone" not in data.coords
     assert data.attrs["warning"] == "the loop is unstable here: nothing settles that could be measured"
+
+
+def test_a_table_names_why_a_margin_is_missing() -> None:
+    oscillating = bode(rig(controller=PI(30.0, 600.0)), measure=False)
+    for data, why, lead in (
+        (oscillating, "oscillates", "The loop oscillates as it stands, so it has no margins."),
+        (
+            oscillating.assign(oscillation_gain=math.nan),
+            "unstable",
+            "The loop is unstable for small motions, so it has no margins.",
+        ),
+    ):
+        found = bode_finding(data)
+        assert [row[1].value for row in found.tables[0].rows[:5]] == [why] * 5
+        assert (str(found.lead[0]), found.lead[0].mark) == (lead, Mark.BAD)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import hydroservo as hs
 from hydroservo.linear.bounds import Bounds, LoopGuard
 from hydroservo.linear.margins import margins
 from hydroservo.linear.places import places_of
+from hydroservo.runs.tuned_finding import tuned_finding
 from hydroservo.scenario.search import checked_part
 from tests.support.brink import at_the_brink
 
@@ -76,6 +77,12 @@ def test_margins_before_and_after_are_those_of_bode(found: Any) -> None:
         data = hs.bode(hs.load_scenario(AXIS, changes), measure=False)
         for name in ("gain_margin", "phase_margin", "sensitivity_peak", "oscillation_gain"):
             assert getattr(standing, name) == pytest.approx(float(data[name]), nan_ok=True)
+    *_, table = tuned_finding(found).tables
+    headings = [column.heading for column in table.columns]
+    for row, standing in zip(table.rows, (change.before, change.after), strict=True):
+        cells = dict(zip(headings, row, strict=True))
+        assert cells["phase margin"] == (standing.phase_margin, "rad", None)
+        assert cells["sensitivity peak"].value == pytest.approx(20.0 * np.log10(standing.sensitivity_peak))
 
 
 def test_the_front_holds_the_best_and_falls(found: Any) -> None:

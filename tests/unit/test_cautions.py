@@ -11,10 +11,11 @@ from hydroservo.loads import Constant
 from hydroservo.oils import AeratedOil
 from hydroservo.plants import Cylinder
 from hydroservo.references import PointToPoint, Ramp, Sine, Square, Step
-from hydroservo.runs.cautions import pressure_caution, quietly, warnings_of, with_warning
-from hydroservo.runs.demands import late_caution
-from hydroservo.runs.loop_cautions import own_cautions
-from hydroservo.runs.sizes import size_cautions
+from hydroservo.runs.cautions import quietly, warnings_of, with_warning
+from hydroservo.runs.cautions.demands import late_caution
+from hydroservo.runs.cautions.every import own_cautions
+from hydroservo.runs.cautions.pressures import pressure_caution
+from hydroservo.runs.cautions.sizes import size_cautions
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.testing.examples import example

@@ -6,12 +6,12 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.cli.differences import MOST_LINES, unequal_lines
 from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.holds import DelayedHold, ZeroOrderHold
 from hydroservo.loads import Recorded
 from hydroservo.loads import Square as SquareLoad
 from hydroservo.references import Sine, Square
+from hydroservo.runs.comparison_finding import MOST_LINES, unequal_lines
 from hydroservo.runs.conditions import differences, winners
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
@@ -104,17 +104,20 @@ def test_lines_for_a_terminal() -> None:
     loops = [RIVAL, replace(RIVAL, {"simulation.period": 2e-4, "valve": example(FirstOrderValve)})]
     found = differences([run(loop) for loop in loops])
     first, *lines = unequal_lines(found, loops)
-    assert "No run is marked best" in first
-    assert lines == ["  simulation.period: 100 µs, 200 µs", "  valve: StaticValve, FirstOrderValve"]
+    assert "No run is marked best" in first.lead
+    assert list(map(str, lines)) == [
+        "  simulation.period: 100 µs, 200 µs",
+        "  valve: StaticValve, FirstOrderValve",
+    ]
     assert unequal_lines({}, loops) == []
 
 
 def test_numbers_that_are_near_each_other_are_told_apart() -> None:
     (_, line) = unequal_lines({"plant.mass": (6.0, 6.0 + 2.0**-30)}, [RIVAL])
-    assert line == "  plant.mass: 6 kg, 6.0000000009313226 kg"
+    assert str(line) == "  plant.mass: 6 kg, 6.0000000009313226 kg"
 
 
 def test_many_differences_are_counted_by_table() -> None:
     many = {f"plant.{i}": (0.0, 1.0) for i in range(MOST_LINES)} | {"reference": ("Sine", "Square")}
     (_, line) = unequal_lines(many, [RIVAL, RIVAL._replace(reference=example(Sine))])
-    assert line == "  9 values in the tables plant (8), reference (1); --json lists them"
+    assert str(line) == "  9 values in the tables plant (8), reference (1); --json lists them"

@@ -8,7 +8,7 @@ import pytest
 import hydroservo as hs
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.conclusions import of_delay
-from hydroservo.identification.lag import lag, left
+from hydroservo.identification.search import lag, left
 from tests.support.axes import AXIS
 from tests.support.commanded_logs import LOADED, fit, moves
 

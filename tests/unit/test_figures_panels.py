@@ -4,8 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.figures.panels import WHOLE, Curve, Panel, Window, clipped, inside
-from hydroservo.figures.ranges import limits
+from hydroservo.figures.panels import WHOLE, Curve, Panel, Window, clipped, inside, limits
 from hydroservo.formatting import MINUS
 
 

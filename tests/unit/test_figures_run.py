@@ -13,8 +13,7 @@ import hydroservo
 from hydroservo import HydroservoError, Simulation, controllers
 from hydroservo.controllers import PI, TSMC
 from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison, remark
-from hydroservo.figures.panels import Curve, Panel, beyond, enlarged, panel_limits
-from hydroservo.figures.ranges import axis_unit
+from hydroservo.figures.panels import Curve, Panel, axis_unit, beyond, enlarged, panel_limits
 from hydroservo.figures.run import plot_run
 from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, style
 from hydroservo.figures.trace import length_shown, observer_path, trace_of
@@ -105,7 +104,7 @@ import numpy as np
 import xarray as xr
 from hydroservo.figures.batch import plot_batch
 from hydroservo.figures.comparison import plot_comparison
-from hydroservo.figures.ranges import axis_unit
+from hydroservo.figures.panels import axis_unit
 from hydroservo.figures.run import plot_run
 names = ("reference.value", "controlled.value", "controller.u")
 run = xr.Dataset(

@@ -15,10 +15,9 @@ from hydroservo.figures.studies.factorial import Combination, FactorShare, plot_
 from hydroservo.figures.studies.forest import LESS, MORE, TIE, RatioLine, in_brackets, plot_forest
 from hydroservo.figures.studies.fronts import FrontLine, FrontPanel, plot_fronts
 from hydroservo.figures.studies.grid import Axis, Grid, Level, Place
-from hydroservo.figures.studies.looks import family_colours
+from hydroservo.figures.studies.looks import family_colours, round_ticks
 from hydroservo.figures.studies.map import HATCH, Winner, plot_map, shade
 from hydroservo.figures.studies.names import Named, name_points
-from hydroservo.figures.studies.scales import round_ticks
 from hydroservo.figures.studies.target import TargetPoint, plot_target, staircase
 from hydroservo.figures.style import save_picture
 from hydroservo.formatting import NONE

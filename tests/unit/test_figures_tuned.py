@@ -10,7 +10,7 @@ import xarray as xr
 
 from hydroservo.figures.style import save_picture
 from hydroservo.figures.tuned import plot_front
-from hydroservo.runs.tried import Tried
+from hydroservo.runs.tuned import Tried
 
 FRONT = [(1e-3, 100.0), (4e-3, 10.0), (2e-3, 20.0)]  # error [m] and activity [V]
 

@@ -7,11 +7,11 @@ from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.conclusions import of_log
 from hydroservo.identification.experiment import experiment, predicted
 from hydroservo.identification.identified import sought
-from hydroservo.identification.lag import lag
 from hydroservo.identification.log import checked_log
 from hydroservo.identification.long_run import long_run_covariance
 from hydroservo.identification.problem_setup import problem_of
 from hydroservo.identification.quality import unfit_reason
+from hydroservo.identification.search import lag
 from hydroservo.identification.segments import understood
 from hydroservo.identification.shift import shifted, slope_of_shift
 from hydroservo.identification.signals import OUTPUTS

@@ -10,11 +10,11 @@ from hydroservo.block import Field, values
 from hydroservo.controlled import Command
 from hydroservo.controllers import DAC, PI, Delay, OpenLoop, RateLimit, Saturation
 from hydroservo.integrators import Tsit5
-from hydroservo.limits.causal import surprises
 from hydroservo.limits.command import CommandLimits, command_limits, loosest
 from hydroservo.limits.foreknown import expected, foreknown, jumps
 from hydroservo.limits.interval import machine_functions
 from hydroservo.limits.machine import lawless
+from hydroservo.limits.search import surprises
 from hydroservo.loads import Step as LoadStep
 from hydroservo.mechanics.viscous import ViscousState
 from hydroservo.references import Ramp, Sine, Square

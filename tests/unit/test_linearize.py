@@ -7,11 +7,14 @@ import pytest
 
 import hydroservo as hs
 from hydroservo import Loop, ParameterError, linearize, load_scenario, replace, simulate
+from hydroservo.command_scale import CommandScale, commands_in
 from hydroservo.controllers import PI
 from hydroservo.holds import DelayedHold
 from hydroservo.linear import Linearization
+from hydroservo.linear.linearization_finding import linearization_finding
 from hydroservo.loads import Constant
 from hydroservo.references import Ramp
+from hydroservo.runs.provenance import scenario_hash
 from hydroservo.starts import Steady
 
 
@@ -34,6 +37,27 @@ def test_states_inputs_and_outputs_have_names_and_units() -> None:
     assert shapes == [(4, 4), (4, 2), (outputs, 4), (outputs, 2)]
     assert model.period == 0.0
     assert model.inexact == ()
+
+
+def test_its_tables_hold_its_poles_and_steady_gains() -> None:
+    model = linearize(rig())
+    found = linearization_finding(model)
+    poles, gains = found.tables
+    pairs = [complex(row[0].value, row[1].value) for row in poles.rows]  # type: ignore[arg-type]
+    assert pairs == [pole for pole in model.poles.tolist() if pole.imag >= 0.0]
+    for row in gains.rows:
+        expected = [model.steady_gain(str(row[0].value), one.name) for one in model.inputs]
+        assert [cell.value for cell in row[1:-1]] == expected
+    assert [one.hash for one in found.origins] == [scenario_hash(rig())]
+
+
+def test_in_another_unit_of_commands_a_gain_is_by_that_unit() -> None:
+    model = linearize(rig())
+    with commands_in(CommandScale(current=0.04)):
+        _, gains = linearization_finding(model).tables
+    assert gains.columns[1].heading == "by 1 mA of command"
+    expected = model.steady_gain("velocity", "command") / 4.0
+    assert gains.rows[0][1].value == pytest.approx(expected, rel=1e-15)
 
 
 def test_a_law_is_a_map_from_what_it_measures() -> None:

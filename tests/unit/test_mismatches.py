@@ -10,7 +10,7 @@ from hydroservo.loads import Step
 from hydroservo.plants import Cylinder
 from hydroservo.references import Sine
 from hydroservo.runs.cautions import quietly, warnings_of
-from hydroservo.runs.mismatches import mismatch_cautions
+from hydroservo.runs.cautions.mismatches import mismatch_cautions
 from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.sensors import Encoder, PressureTransducer, RigSensors

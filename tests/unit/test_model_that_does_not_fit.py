@@ -7,7 +7,8 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.block import value_at
-from hydroservo.identification.result import UNFIT, Identified
+from hydroservo.identification.finding import UNFIT, identified_finding
+from hydroservo.identification.result import Identified
 from hydroservo.identification.whiteness import rounded_like, whiteness
 from tests.support.synthetic_logs import NOISE, Signals
 
@@ -62,7 +63,10 @@ def test_no_number_of_a_model_that_does_not_fit_is_told(without_hysteresis: Iden
     assert found.remarks[0] == UNFIT
     assert f"# {UNFIT}" in found.toml()
     assert UNFIT in found._repr_html_()
-    assert " to " not in found._repr_html_().partition("</table>")[0]
+    (sought, *_) = identified_finding(found).tables
+    ends = [cell.value for row in sought.rows for cell in row[2:4]]
+    assert len(ends) == 2 * (len(found.parameters) + len(found.uncertain))
+    assert all(isinstance(one, float) and math.isnan(one) for one in ends)
     assert "mass" not in found.tables["uncertainty"].get("plant", {})
 
 

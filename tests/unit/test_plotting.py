@@ -12,8 +12,7 @@ from hydroservo.audits import Asked, Audit
 from hydroservo.figures.style import PALETTE
 from hydroservo.limits import Limits
 from hydroservo.linear.linearization import Linearization, Quantity
-from hydroservo.runs.tried import Tried
-from hydroservo.runs.tuned import Tuned
+from hydroservo.runs.tuned import Tried, Tuned
 from hydroservo.testing.examples import example
 
 SHORT = hs.Simulation(duration=0.01)
@@ -75,11 +74,11 @@ def test_poles_that_are_not_stable_stand_out():
     assert [line.get_color() for line in marked if len(line.get_xdata())] == [PALETTE[1]]
 
 
-def test_a_search_is_its_metric_before_and_after():
-    runs = xr.Dataset({"rms_error": ("run", [1e-3], {"units": "m/s"})})
+def test_a_search_is_its_metric_before_and_after(run):
+    runs = xr.Dataset({"rms_error": ("run", [1e-3], {"units": "m/s"})}, attrs=run.attrs)
     own = Tried({}, math.inf, math.nan, within=True)
     found = Tuned(
-        {}, [math.inf, 2e-3], [3e-3, 1e-3], 1e-3, 64, [], [runs], ["$a", "b"], "rms_error", own, own
+        {}, [math.inf, 2e-3], [3e-3, 1e-3], 1e-3, 64, [], [runs, runs], ["$a", "b"], "rms_error", own, own
     )
     axis = hs.plot(found).axes[0]
     dots = [line for line in axis.get_lines() if len(line.get_xdata()) == 1]
@@ -101,4 +100,5 @@ def test_an_audit_is_drawn_by_its_margins():
 
 
 def test_limits_are_drawn_beside_the_law(run):
-    assert {"law", "causal", "clairvoyant"} <= set(labels(hs.plot(Limits(run, run, run))))
+    best = run.assign_attrs(iterations=7, converged=True)
+    assert {"law", "causal", "clairvoyant"} <= set(labels(hs.plot(Limits(run, best, best))))

@@ -11,7 +11,7 @@ from hydroservo.drives import Hoses, PumpDrive, PumpDriveState, ValveOnSupply
 from hydroservo.plants import Cylinder
 from hydroservo.references import Step
 from hydroservo.roles import valveless
-from hydroservo.runs.demands import demand_caution
+from hydroservo.runs.cautions.demands import demand_caution
 from hydroservo.signals import Feed, Pressures
 from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example

@@ -16,7 +16,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.loop import AUTO, Loop, Simulation
 from hydroservo.runs.batch import simulate_batch
-from hydroservo.runs.record_coverage import check_records
+from hydroservo.runs.cautions.records import check_records
 from hydroservo.runs.run import ready, simulate
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example

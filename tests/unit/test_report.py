@@ -22,7 +22,7 @@ from hydroservo.papers.tsmc_eha_2021.report.typeset import symbols
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, cells, colour_class, draw_map
 from hydroservo.papers.tsmc_eha_2021.study import Study, judged, metrics_table
 from hydroservo.papers.tsmc_eha_2021.study import verdicts as judge
-from hydroservo.runs.results import foreign_files
+from hydroservo.show.numbers import foreign_files
 from tests.support.study import METRIC_FIELDS, lost, made_up_runs
 
 REPORT = "hydroservo.papers.tsmc_eha_2021.report"

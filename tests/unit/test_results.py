@@ -22,20 +22,16 @@ from hydroservo.outputs import staged, write_text
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.results import (
     FORMATS,
-    METRICS,
-    as_json,
     best_runs,
-    foreign_files,
     matlab_names,
     metric_fields,
     metrics_csv,
     metrics_of,
-    plain,
     save,
     scenario_of,
     trajectory_of,
-    write_metrics,
 )
+from hydroservo.show.numbers import METRICS, as_json, foreign_files, plain, write_metrics
 from hydroservo.testing.examples import example
 
 METRIC_FIELDS = declared_metrics(usual(example(Loop, controller=example(TSMC))))  # that such a run has

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 import hydroservo as hs
 from hydroservo.engine import machine_code, native
 from hydroservo.engine.lower.function import DOUBLES, kernel_text
+from hydroservo.engine.machine_code import with_estimated_roots
 from hydroservo.engine.native import Native
 from hydroservo.engine.recipe import features
-from hydroservo.engine.root_estimates import with_estimated_roots
 from hydroservo.ops import sqrt
 
 LARGEST, SMALLEST = np.finfo(float).max, np.finfo(float).tiny

@@ -6,10 +6,11 @@ from typing import Any
 import pytest
 
 import hydroservo as hs
+from hydroservo.runs.tuned_finding import tuned_finding
 from hydroservo.scenario import assembled
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.task import task_of
-from hydroservo.scenario.tuning import as_toml
+from hydroservo.scenario.tuning import as_toml, comments_of
 from tests.support.equality import assert_same_block
 
 GAIN = "controller.proportional_gain"
@@ -99,7 +100,17 @@ def test_loops_that_are_left_unstable_are_named() -> None:
     names = ["rig/1khz-pi-sine, scale 0", "rig/1khz-pi-square, scale 0"]
     assert found.unstable == names
     assert f"unstable for small motions: {'; '.join(names)}" in repr(found)
-    assert f"unstable for small motions: {'; '.join(names)}" in found._repr_html_()
+    assert f"<b>Unstable for small motions</b>: {'; '.join(names)}." in found._repr_html_()
+
+
+def test_an_interrupted_search_says_so_where_its_values_stand() -> None:
+    loop = hs.load_scenario("paper/sine-pi", {"simulation.duration": "20 ms", "simulation.substeps": 4})
+    found = hs.tune(hs.Aim([loop], seeds=2), {GAIN: (1.0, 10.0)}, candidates=64)._replace(interrupted=True)
+    said = "The search was interrupted after 64 candidates"
+    finding = tuned_finding(found)
+    assert f"{said}; these are the best values so far." in map(str, finding.lead)
+    assert finding.numbers["interrupted"]
+    assert f"{said}." in comments_of(found)
 
 
 def test_values_are_tables_that_build_on_a_scenario(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from hydroservo.scenario import load_plugin
 from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.descriptions import descriptions, role_named, types_by_role
 from hydroservo.scenario.keys import keys_of, range_of
-from hydroservo.scenario.log_columns import KEYS
+from hydroservo.scenario.other_tables import KEYS
 from hydroservo.scenario.schema import scenario_schema
 from hydroservo.scenario.search import PARTS
 from tests.support.commands.runner import PLUGIN

@@ -8,7 +8,7 @@ from hydroservo import HydroservoWarning, Loop, Simulation, simulate
 from hydroservo.controllers import TSMC
 from hydroservo.figures.comparison import plot_comparison
 from hydroservo.figures.run import plot_run
-from hydroservo.runs.unrecorded import record_caution, unrecorded_command
+from hydroservo.runs.cautions.unrecorded import record_caution, unrecorded_command
 from hydroservo.testing.examples import example
 
 PERIOD, STRIDE = 1e-4, 10

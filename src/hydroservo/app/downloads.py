@@ -32,9 +32,6 @@ def exported(source: Source, kind: str, report: Report) -> File:
         source: its scenario.
         kind: one of ``KINDS``.
         report: called with the fraction done, and what is being done.
-
-    Raises:
-        HydroservoError: there is no such kind, or the loop cannot be exported.
     """
     with temporary_folder() as folder:
         if kind in FORMATS or kind in PICTURES:
@@ -48,14 +45,14 @@ def exported(source: Source, kind: str, report: Report) -> File:
 
 def of_run(source: Source, kind: str, folder: Path, report: Report) -> File:
     """The trajectory, or a picture of it."""
-    from hydroservo.plotting import plot
+    from hydroservo.findings import plot
     from hydroservo.runs.results import save
 
     file = folder / f"run.{kind}"
     run = simulate(source.assembled().loop, progress=lambda done: report(0.8 * done, "simulating"))
     report(0.8, "writing")
     if kind in PICTURES:
-        plot(run).savefig(file)
+        plot(run).save(file)
     else:
         save(run, file)
     return File(file.name, (FORMATS | PICTURES)[kind], file.read_bytes())

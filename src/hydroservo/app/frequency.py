@@ -2,23 +2,21 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.command_scale import in_command_unit
 from hydroservo.linear.bode import bode
+from hydroservo.linear.bode_finding import bode_finding
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.places import sliding
-from hydroservo.linear.reading import READ, read_as
 from hydroservo.linear.responses import responses
 from hydroservo.loop import Loop
-from hydroservo.runs.cautions import warnings_of
-
-if TYPE_CHECKING:
-    import xarray as xr
+from hydroservo.show import Table
+from hydroservo.show.table import texts_of
 
 SKETCHED = 200  # frequencies
 
@@ -29,8 +27,6 @@ CURVES = {
     "machine": "machine, command to signal",
     "compliance": "compliance, load to motion",
 }
-NONE = "\N{EN DASH}"  # for a margin that is no number
-MARGINS = ("gain_margin", "phase_margin", "delay_margin", "sensitivity_peak", "oscillation_gain", "bandwidth")
 
 
 def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], NDArray[np.float32]]:
@@ -40,9 +36,6 @@ def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], 
         loop: the loop.
         low: the lowest frequency [Hz].
         high: the highest [Hz].
-
-    Raises:
-        ParameterError: the loop has no point that it stays at.
     """
     point = operating_point(sliding(loop), None)  # at rest hysteresis leaves no slope, so that it slides
     grid = np.geomspace(low, high, SKETCHED)
@@ -61,28 +54,22 @@ def rows_of(grid: NDArray[np.float64], curves: Mapping[str, NDArray[np.complex12
 
 
 def drawn_bode(loop: Loop) -> tuple[dict[str, Any], NDArray[np.float32]]:
-    """The linear responses of a loop: what is said of them, and rows of frequencies, sizes and phases.
-
-    Raises:
-        ParameterError: the loop has no point that it stays at, or is not closed there.
-    """
+    """The linear responses of a loop: what is said of them, and rows of frequencies, sizes and phases."""
     data = bode(loop, measure=False)
+    finding = bode_finding(data)
     about = {
         "curves": [
             {"name": name, "title": title, "unit": in_command_unit(data[name].attrs["units"])[0]}
             for name, title in CURVES.items()
         ],
         "points": int(data.sizes["frequency"]),
-        "stable": bool(data["stable"]),
-        "margins": margins_shown(data),
-        "warnings": warnings_of(data),
+        "margins": margins_shown(finding.tables[0]),
+        "warnings": [*map(str, finding.doubts), *finding.remarks],
     }
     return about, rows_of(data["frequency"].values, {name: data[name].values for name in CURVES})
 
 
-def margins_shown(data: "xr.Dataset") -> list[dict[str, str]]:
-    """Margins and bandwidth as they are read."""
-    return [
-        {"name": name, "meaning": READ[name][0], "text": read_as(float(data[name]), READ[name][1], NONE)}
-        for name in MARGINS
-    ]
+def margins_shown(table: Table) -> list[dict[str, str]]:
+    """Margins and bandwidths as they are read."""
+    rows = texts_of(table).rows
+    return [{"meaning": name, "text": f"{text} {unit}".strip()} for name, text, unit in rows]

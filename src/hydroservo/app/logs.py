@@ -20,7 +20,7 @@ from hydroservo.formatting import quantity
 from hydroservo.identification.experiment import experiment
 from hydroservo.identification.identified import identify
 from hydroservo.identification.log import log_mapping, read_log
-from hydroservo.identification.log_summary import log_summary, rate_lines, signal_rows
+from hydroservo.identification.log_finding import log_finding
 from hydroservo.identification.segments import Understood, understood
 from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE, OUTPUTS, SIGNALS, TIME
 from hydroservo.identification.steps import first_steps
@@ -28,6 +28,7 @@ from hydroservo.loop import Loop
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.scenario.records import RECORD_ENDINGS
+from hydroservo.show.table import texts_of
 
 LOG_KEY = re.compile("[0-9a-f]{16}")
 MOST_SOUGHT = 8
@@ -37,11 +38,7 @@ Vector = NDArray[np.float64]
 
 
 def log_file(home: Home, key: str) -> Path:
-    """The file of a log that a page sent.
-
-    Raises:
-        HydroservoError: there is none.
-    """
+    """The file of a log that a page sent."""
     found = [home.folder / f"{key}{ending}" for ending in RECORD_ENDINGS if LOG_KEY.fullmatch(key)]
     file = next((one for one in found if one.exists()), None)
     if file is None:
@@ -50,17 +47,13 @@ def log_file(home: Home, key: str) -> Path:
 
 
 def drawn_log(source: Source, file: Path, report: Report) -> tuple[dict[str, Any], NDArray[np.float32]]:
-    """The signals of a log, each with what the scenario's machine shows under the command that was recorded.
-
-    Raises:
-        ScenarioError: the file is no log.
-    """
+    """The signals of a log, each with what the machine shows under the command that was recorded."""
     assembly = source.assembled()
     try:
         whole = understood(read_log(file, log_mapping(assembly.log_columns), (TIME,)))
     except ScenarioError as error:
         raise ScenarioError("", "", ": ".join(part for part in (error.key, error.problem) if part)) from None
-    log, summary = whole.log, log_summary(whole)
+    log, finding = whole.log, log_finding(whole)
     try:
         replay, said = replay_of(assembly.loop, whole, report)
     except HydroservoError as error:
@@ -73,8 +66,8 @@ def drawn_log(source: Source, file: Path, report: Report) -> tuple[dict[str, Any
         "duration": float(log.time[-1] - log.time[0]),
         "replay": said,
         "points": int(rows.shape[1]),
-        "signals": signal_rows(summary),
-        "remarks": [*rate_lines(summary), *whole.remarks],
+        "signals": texts_of(finding.tables[0]).rows,
+        "remarks": [*map(str, finding.lead), *whole.remarks],
     }
     return about, rows
 
@@ -83,9 +76,6 @@ def replay_of(loop: Loop, whole: Understood, report: Report) -> tuple[dict[str, 
     """What the machine of a loop shows under a log's command, at the log's instants, and a line about it.
 
     Each stretch of the log begins in the state that was measured there, and else as the loop does.
-
-    Raises:
-        HydroservoError: the log has no command, or the loop cannot play it.
     """
     if any(COMMAND not in one.inputs for one in whole.segments):
         raise HydroservoError("the log has no command")
@@ -128,9 +118,6 @@ def found_in_log(source: Source, file: Path, ranges: Mapping[str, str], report: 
         file: the log.
         ranges: between what each number is sought, by path.
         report: called with the fraction done.
-
-    Raises:
-        HydroservoError: nothing or too much is sought, or the log does not go with the machine.
     """
     if not 0 < len(ranges) <= MOST_SOUGHT:
         raise HydroservoError(f"choose between 1 and {MOST_SOUGHT} numbers of the machine")

@@ -42,9 +42,6 @@ def retyped(source: Source, path: str, wanted: str) -> Retyped:
         source: the scenario.
         path: of a block, such as ``controller``.
         wanted: its type.
-
-    Raises:
-        ScenarioError: the type does not fit, or lacks numbers that no built-in scenario has.
     """
     kept = {key: value for key, value in source.changes.items() if not key.startswith(f"{path}.")}
     bare = {**kept, f"{path}.type": wanted}
@@ -74,9 +71,6 @@ def completed(source: Source, found: Retyped, given: Mapping[str, object]) -> Re
         source: the scenario.
         found: what :func:`retyped` returned.
         given: those numbers, by path.
-
-    Raises:
-        ScenarioError: one of them is not what it must be, said in the unit in which it was asked for.
     """
     entries = {one["path"]: one for one in found.missing}
     changes = dict(checked_changes({**found.changes, **{path: given.get(path, "") for path in entries}}))
@@ -106,11 +100,7 @@ def missing_numbers(source: Source, path: str, wanted: str) -> Iterator[dict[str
 
 
 def maker_at(assembly: Assembly, path: str, wanted: str) -> Any:
-    """What makes a type for the block at a path of a loop.
-
-    Raises:
-        ScenarioError: nothing does.
-    """
+    """What makes a type for the block at a path of a loop."""
     first, *names = path.split(".")
     draft: Any = assembly.drafts.get(first)
     hint: Any = hints(Loop).get(first)

@@ -16,9 +16,6 @@ def scenario_text(source: Source) -> str:
 
     On a built-in scenario it builds by ``base``; a file's own text is written with the changes in it, and
     keeps its base.
-
-    Raises:
-        ScenarioError: the scenario does not say what it must.
     """
     import tomli_w
 

@@ -81,12 +81,7 @@ def serve(
 
 
 def opened(address: Address) -> socket.socket:
-    """A socket that listens.
-
-    Raises:
-        ParameterError: the port is none.
-        HydroservoError: the address is not of this machine, or the port is taken.
-    """
+    """A socket that listens."""
     host, port = address
     if port is not None and not 0 <= port < 2**16:
         raise ParameterError("port", port, "must be from 0, for any that is free, to 65535")

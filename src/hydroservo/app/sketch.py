@@ -25,7 +25,8 @@ def sketched_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -
         progress: called with the fraction done.
     """
     automatic = loop.simulation.substeps == AUTO
-    asked, loop = complete(loop), ready(with_substeps(loop, substeps) if automatic else loop)
+    asked = complete(loop)
+    loop = ready(with_substeps(asked, substeps) if automatic else asked)
     state, watching = first_state(loop), monitors_of(loop)
     wanted = paths_of(loop, state)
     plan = plan_of(loop, state, wanted)

@@ -59,11 +59,7 @@ class Source(NamedTuple):
 
 
 def source_of(request: Mapping[str, Any], home: Home) -> Source:
-    """What a page asks for: ``{"text": ...}`` or ``{"name": ...}``, else what the command line gave.
-
-    Raises:
-        ScenarioError: it is no scenario, or would read files.
-    """
+    """What a page asks for: ``{"text": ...}`` or ``{"name": ...}``, else what the command line gave."""
     changes = checked_changes(request.get("changes", {}))
     text, name = request.get("text"), request.get("name")
     if isinstance(text, str):
@@ -90,11 +86,7 @@ def kept_text(text: str, folder: Path) -> Path:
 
 
 def checked_changes(changes: object) -> Mapping[str, object]:
-    """Changes that a page sent, which name no file.
-
-    Raises:
-        ScenarioError: they are no table of plain values, too many, or name a file.
-    """
+    """Changes that a page sent, which name no file."""
     if not isinstance(changes, Mapping) or len(changes) > MOST_CHANGES:
         raise ScenarioError(OVERRIDES, "", f"must be at most {MOST_CHANGES} values by path")
     for path, value in changes.items():
@@ -106,11 +98,7 @@ def checked_changes(changes: object) -> Mapping[str, object]:
 
 
 def check_encodes(text: str) -> None:
-    """Refuse a text with half of a character, a lone surrogate, as a page may send it.
-
-    Raises:
-        ScenarioError: it has one.
-    """
+    """Refuse a text with half of a character, a lone surrogate, as a page may send it."""
     try:
         text.encode()
     except UnicodeEncodeError as error:
@@ -119,11 +107,7 @@ def check_encodes(text: str) -> None:
 
 
 def check_reads_nothing(tables: Mapping[str, Any], key: str = "") -> None:
-    """Refuse a text from a page that would have the server read files.
-
-    Raises:
-        ScenarioError: its base or one of its signals is a file.
-    """
+    """Refuse a text from a page that would have the server read files."""
     base = "" if key else tables.get("base", "")
     if not isinstance(base, str):
         raise ScenarioError(PAGE, "base", f"{short(base)} must be the name of a scenario, in quotes")

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.app.extent import beyond, extent_of
-from hydroservo.formatting import common_unit, quantity, yes_or_no
+from hydroservo.field import Field
+from hydroservo.formatting import common_unit
 from hydroservo.hooks import has_chambers, is_valveless
 from hydroservo.loop import Loop
-from hydroservo.runs.behaviour import behaviour
-from hydroservo.runs.cautions import warnings_of
-from hydroservo.runs.results import metric_fields, metrics_of
+from hydroservo.runs.results import metric_fields
+from hydroservo.runs.run_finding import run_finding
+from hydroservo.show import Table
+from hydroservo.show.table import texts_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +26,6 @@ MOST_POINTS = 6000  # of a line: more than any screen has columns
 DEMAND, CONTROLLED, COMMAND = "reference.value", "controlled.value", "controller.u"
 PRESSURES = ("plant.pressure_a", "plant.pressure_b", "plant.load_pressure")
 LIVE = ("plant.position", "plant.velocity", "valve.opening", "drive.speed", "supply.pressure", "load.force")
-HIDDEN = ("diverged", "diverged_at")
 NAMES = {
     DEMAND: "demand",
     CONTROLLED: "controlled",
@@ -64,6 +65,7 @@ def drawn_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> Drawn:
         panel("pressures", run, [path for path in PRESSURES if path in signals]),
         *(panel(path, run, [path]) for path in more if path in signals),
     ]
+    finding = run_finding(run)
     panels = [one for one in panels if one["lines"]]
     live = [panel(path, run, [path]) for path in LIVE if path in signals]
     lines = [line for one in (*panels, *live) for line in one["lines"]]
@@ -74,10 +76,10 @@ def drawn_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> Drawn:
         "live": live,
         "points": int(rows.shape[1]),
         "signals": signals,
-        "metrics": metrics_shown(run),
+        "metrics": metrics_shown(run, finding.tables[0]),
         "machine": machine_shown(loop),
-        "warnings": [*warnings_of(run), *behaviour(metrics_of(run), metric_fields(run))],
-        "diverged": lost(run),
+        "warnings": [*map(str, finding.doubts), *finding.remarks],
+        "diverged": str(finding.lead[0]) if bool(run["diverged"]) else "",
         "duration": loop.simulation.duration,
         "substeps": run.attrs.get("substeps", loop.simulation.substeps),
         "hash": run.attrs["hash"],
@@ -142,26 +144,23 @@ def thinned(time: Vector, lines: Sequence[Vector]) -> NDArray[np.float32]:
     return out.astype(np.float32)
 
 
-def metrics_shown(run: "xr.Dataset") -> list[dict[str, Any]]:
-    """The metrics of a run, as they are read."""
-    found, values = [], metrics_of(run)
-    for name, field in metric_fields(run).items():
-        if name in HIDDEN:
-            continue
-        value = values[name]
-        text = yes_or_no(value) if isinstance(value, bool) else quantity(value, field.unit)
-        compared = field.smaller_is_better and math.isfinite(value)
-        found.append(
-            {"name": name, "meaning": field.meaning, "text": text, "value": value if compared else None}
-        )
-    return found
+def metrics_shown(run: "xr.Dataset", table: Table) -> list[dict[str, Any]]:
+    """The metrics of a run, as they are read; what is compared has a value."""
+    fields = metric_fields(run)
+    return [
+        {
+            "name": name,
+            "meaning": meaning,
+            "text": f"{text} {unit}".strip(),
+            "value": compared(fields[name], run[name]),
+        }
+        for name, text, unit, meaning in texts_of(table).rows
+    ]
 
 
-def lost(run: "xr.Dataset") -> dict[str, Any] | None:
-    """Which number of the run was lost, and when; None if none was."""
-    if not bool(run["diverged"]):
-        return None
-    return {"by": run.attrs["diverged_by"], "at": float(run["diverged_at"])}
+def compared(field: Field, value: "xr.DataArray") -> float | None:
+    """A metric of which less is better; None of others, and where there is no number."""
+    return float(value) if field.smaller_is_better and math.isfinite(value) else None
 
 
 def machine_shown(loop: Loop) -> dict[str, Any]:

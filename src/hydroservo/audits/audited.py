@@ -2,19 +2,52 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from hydroservo.assumptions import Assumption
-from hydroservo.audits.auditor import Asked, asked
+from hydroservo.assumptions import Assumption, Facts
 from hydroservo.audits.chatter import Chatter, chatter
 from hydroservo.audits.facts import facts_of
+from hydroservo.audits.finding import audit_finding
 from hydroservo.audits.strain import Strain, strain, strain_monitors
 from hydroservo.audits.sustained import OSCILLATION, Sustained, sustained
-from hydroservo.audits.verdicts import verdicts
+from hydroservo.block import Block, is_block
+from hydroservo.controllers.saturation import Saturation
 from hydroservo.errors import ParameterError
-from hydroservo.formatting import number, quantity
-from hydroservo.html_tables import Strong, html_remarks, html_table
 from hydroservo.loop import Loop
+from hydroservo.plants.design_model import DesignModel
 from hydroservo.runs.arguments import checked_loop
+from hydroservo.show.html import html_of
+
+
+class Asked(NamedTuple):
+    """A block of a law, and what it supposes.
+
+    Attributes:
+        path: of the block in the loop.
+        block: its class.
+        assumptions: what it supposes; None where it does not say.
+    """
+
+    path: str
+    block: str
+    assumptions: tuple[Assumption, ...] | None
+
+
+def asked(law: Block, facts: Facts, path: str = "controller") -> Iterator[Asked]:
+    """What a law supposes, and each block in it, the outermost first.
+
+    Args:
+        law: the law, designed.
+        facts: of its loop.
+        path: of the law in the loop.
+    """
+    own = tuple(law.assumptions(facts)) if hasattr(law, "assumptions") else None
+    if own is not None or hasattr(law, "step"):
+        yield Asked(path, type(law).__name__, own)
+    inner = law.within(facts) if hasattr(law, "within") else facts
+    for name, value in law._asdict().items():
+        if is_block(value) and not isinstance(value, DesignModel | Saturation):
+            yield from asked(value, inner, f"{path}.{name}")
 
 
 @dataclass(frozen=True)
@@ -28,6 +61,7 @@ class Audit:
         no_forecast: why there is none; else empty.
         oscillation: of the run; None of an open loop, and of a run that diverged.
         strain: extremes of the run; None where it diverged.
+        loop: that was asked about.
     """
 
     asked: tuple[Asked, ...]
@@ -36,6 +70,7 @@ class Audit:
     no_forecast: str
     oscillation: Sustained | None = None
     strain: Strain | None = None
+    loop: Loop | None = None
 
     def assumptions(self) -> Iterator[Assumption]:
         """All of them."""
@@ -44,22 +79,7 @@ class Audit:
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
-        words = {True: "holds", False: Strong("fails"), None: Strong("cannot be told")}
-        rows = [
-            (
-                one.block,
-                each.meaning,
-                quantity(each.value, each.unit),
-                quantity(each.bound, each.unit),
-                number(each.margin),
-                words[each.holds],
-            )
-            for one in self.asked
-            for each in one.assumptions or ()
-        ]
-        heads = ("block", "it supposes that", "value", "bound", "margin", "verdict")
-        said = (f"{one.lead}{one.rest}" for one in verdicts(self))
-        return html_table(heads, rows) + html_remarks(said)
+        return html_of(audit_finding(self))
 
     @property
     def holds(self) -> bool | None:
@@ -104,4 +124,5 @@ def audit(loop: Loop, *, time: float | None = None) -> Audit:
         reason,
         sustained(loop, data),
         strain(loop, data),
+        loop,
     )

@@ -9,7 +9,7 @@ import numpy as np
 from hydroservo.audits.balance import LimitCycle, limit_cycles
 from hydroservo.audits.describing import Describing, describing, limit_of
 from hydroservo.audits.frozen import busiest, frozen
-from hydroservo.audits.swing import SHARE
+from hydroservo.audits.tone import SHARE
 from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop

@@ -1,17 +1,19 @@
 """The describing function of a whole loop, opened at its command."""
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo import ops
 from hydroservo.audits.frozen import Frozen
-from hydroservo.audits.opened import Opened
 from hydroservo.audits.tone import Tone
-from hydroservo.block import Block, is_block
+from hydroservo.block import Block, Field, is_block
+from hydroservo.roles import Controller, role
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
+from hydroservo.signals import Demand, Measurement
 
 Vector = NDArray[np.float64]
 
@@ -118,3 +120,37 @@ def limit_of(law: Block) -> float:
     inner = getattr(law, "controller", None)
     found = min(own, limit_of(inner)) if is_block(inner) else own
     return found if math.isfinite(found) else LIMIT
+
+
+class OpenedState(NamedTuple):
+    """What the machine is given, the instant of the next sample, and the state of the law."""
+
+    u: Annotated[float, Field("V", "command given to the machine")]
+    time: Annotated[float, Field("s", "instant of the next sample")]
+    controller: Block
+
+
+@role(Controller)
+class Opened(NamedTuple):
+    """A loop opened at its command: the machine is given a tone, and what the law asks for goes nowhere.
+
+    u = bias + A min(t/rise, 1) cos(w t)
+
+    The law measures the machine so driven and is told this u as the command applied.
+
+    Source: the definition of a describing function.
+    Fails to keep the machine anywhere: what the tone leaves of an offset adds up in a law's integrator.
+    """
+
+    controller: Controller
+    bias: Annotated[float, Field("V", "mean command")] = 0.0
+    amplitude: Annotated[float, Field("V", "amplitude A of the tone", at_least=0)] = 0.0
+    frequency: Annotated[float, Field("rad/s", "frequency w of the tone", at_least=0)] = 0.0
+    rise: Annotated[float, Field("s", "time in which the tone grows to its amplitude", above=0)] = 0.1
+
+    def init(self) -> OpenedState:
+        return OpenedState(0.0, 0.0, self.controller.init())
+
+    def step(self, s: OpenedState, y: Measurement, r: Demand, dt: float) -> OpenedState:
+        tone = self.amplitude * ops.minimum(s.time / self.rise, 1.0) * ops.cos(self.frequency * s.time)
+        return OpenedState(self.bias + tone, s.time + dt, self.controller.step(s.controller, y, r, dt))

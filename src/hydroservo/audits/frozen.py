@@ -56,9 +56,6 @@ def frozen(loop: Loop, time: float) -> Frozen:
     Args:
         loop: the loop.
         time: the instant [s].
-
-    Raises:
-        ParameterError: the machine has no steady state there.
     """
     demand, force = loop.reference.at(time).value, loop.load.force(time)
     still = loop._replace(
@@ -81,9 +78,6 @@ def command_for(loop: Loop, velocity: float) -> float:
     Args:
         loop: ready to run.
         velocity: of the piston [m/s].
-
-    Raises:
-        ParameterError: it moves evenly under no command near that.
     """
     from scipy.optimize import brentq
 

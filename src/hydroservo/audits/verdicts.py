@@ -1,12 +1,13 @@
 """What an audit says of a run and of the forecast, in sentences."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from hydroservo.audits.chatter import Chatter
 from hydroservo.audits.strain import Strain
 from hydroservo.audits.sustained import OSCILLATION, Sustained
 from hydroservo.formatting import number, quantity
 from hydroservo.runs.behaviour import pressure_line
+from hydroservo.show import Line, Mark
 
 if TYPE_CHECKING:
     from hydroservo.audits.audited import Audit
@@ -14,41 +15,27 @@ if TYPE_CHECKING:
 THRESHOLD = OSCILLATION.threshold
 
 
-class Verdict(NamedTuple):
-    """A sentence or two.
-
-    Attributes:
-        lead: how it begins, which stands out.
-        rest: what follows.
-        good: whether that is well; None where it cannot be told.
-    """
-
-    lead: str
-    rest: str
-    good: bool | None
-
-
-def verdicts(found: "Audit") -> list[Verdict]:
+def verdicts(found: "Audit") -> list[Line]:
     """What an audit says besides its assumptions."""
     said = []
     if found.lost:
-        said.append(Verdict("The run diverged", ", and what is measured on it cannot be told.", False))
+        said.append(Line("The run diverged", ", and what is measured on it cannot be told.", Mark.BAD))
     if found.oscillation is not None:
         said.append(oscillation(found.oscillation))
     said.append(forecast(found.chatter, found.no_forecast, found.oscillation))
     return [*said, *(strained(found.strain) if found.strain is not None else ())]
 
 
-def oscillation(one: Sustained) -> Verdict:
+def oscillation(one: Sustained) -> Line:
     """What the run shows."""
     run = f"A run of {number(one.longer)} s" if one.longer else "The run"
     if one.oscillates:
         sizes = f"{quantity(one.command, 'V')} and {quantity(one.amplitude, one.unit)}"
         text = f", by {sizes} at {number(one.frequency)} Hz to its end. {kept_up(one)}"
-        return Verdict(f"{run} oscillates", text, False)
+        return Line(f"{run} oscillates", text, Mark.BAD)
     if one.command == 0.0:
-        return Verdict(f"{run} does not oscillate", f" by {quantity(THRESHOLD, 'V')} or more.", True)
-    return Verdict(f"{run} is too short to tell", " whether it oscillates.", None)
+        return Line(f"{run} does not oscillate", f" by {quantity(THRESHOLD, 'V')} or more.", Mark.GOOD)
+    return Line(f"{run} is too short to tell", " whether it oscillates.", Mark.DOUBTFUL)
 
 
 def kept_up(one: Sustained) -> str:
@@ -63,10 +50,10 @@ def kept_up(one: Sustained) -> str:
     return f"It needs {needs}: {', '.join(names[:-1])} or {names[-1]}, it dies out."
 
 
-def forecast(one: Chatter | None, reason: str, run: Sustained | None) -> Verdict:
+def forecast(one: Chatter | None, reason: str, run: Sustained | None) -> Line:
     """What harmonic balance predicts, held against the run."""
     if one is None:
-        return Verdict("No chatter can be predicted", f": {reason}.", None)
+        return Line("No chatter can be predicted", f": {reason}.", Mark.DOUBTFUL)
     size, at = quantity(one.threshold, "V"), f"with demand and load as at {one.time:.4g} s"
     jolt = f" A jolt could leave a swing of {quantity(one.after_a_jolt, 'V')}." if one.after_a_jolt else ""
     if one.chatters:
@@ -74,27 +61,27 @@ def forecast(one: Chatter | None, reason: str, run: Sustained | None) -> Verdict
         text = f", by {one.cause}: {tone}, {at}.{jolt}"
         if run is not None and run.command == 0.0:
             text += " The run shows none that lasts to its end."
-        return Verdict("Chatter is predicted", text, False)
+        return Line("Chatter is predicted", text, Mark.BAD)
     if run is not None and run.oscillates:
         text = (
             f" misses that: it predicts less than {size} {at}, and leaves out noise and steps of sensors, "
             f"slow swings, swings far from a sine, and other instants.{jolt}"
         )
-        return Verdict("Harmonic balance", text, None)
-    return Verdict("No chatter is predicted", f" of {size} or more, {at}.{jolt}", True)
+        return Line("Harmonic balance", text, Mark.DOUBTFUL)
+    return Line("No chatter is predicted", f" of {size} or more, {at}.{jolt}", Mark.GOOD)
 
 
-def strained(one: Strain) -> list[Verdict]:
+def strained(one: Strain) -> list[Line]:
     """What a run asks of its machine that it may not have."""
     said = []
     lead, stop, rest = pressure_line(one._asdict()).partition(": ")
     if lead:
-        said.append(Verdict(lead, stop + rest, False))
+        said.append(Line(lead, stop + rest, Mark.BAD))
     if one.above_supply:
         high, supply = quantity(one.pressure_max, "Pa"), quantity(one.supply_pressure, "Pa")
         text = f": it reaches {high}, and the supply {supply}. Cylinder and hoses must be rated for that."
-        said.append(Verdict("A chamber is above the supply", text, None))
+        said.append(Line("A chamber is above the supply", text, Mark.DOUBTFUL))
     if one.limited > 0.0:
         text = f" for {number(100.0 * one.limited)} % of the run."
-        said.append(Verdict("The command is at its limit", text, None))
+        said.append(Line("The command is at its limit", text, Mark.DOUBTFUL))
     return said

@@ -1,50 +1,48 @@
 """The command that runs one scenario many times."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hydroservo.cli.batch_files import ENDINGS, write_batch
+from hydroservo.cli.frame import Answer, answers
 from hydroservo.cli.options import (
     Changes,
-    DecimalComma,
-    FigureFormat,
-    FigureSize,
-    Json,
     Plugins,
     Scenario,
     Strict,
     Threads,
     Verbose,
     check_one_place,
-    checked_decimal_comma,
     ranges_in,
     replay,
     varied,
 )
-from hydroservo.cli.places import WHERE
-from hydroservo.cli.remarks import say_remarks, say_sizes
+from hydroservo.cli.remarks import say_sizes
 from hydroservo.runs.results import FORMATS
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydroservo.cli.batch_summary import BatchSummary
     from hydroservo.cli.progress import Report
     from hydroservo.loop import Loop
-    from hydroservo.reports.journal import Journal
-    from hydroservo.reports.report import Report as Page
     from hydroservo.scenario.parts import Sampled, Workers
+    from hydroservo.show import Finding
 
-USUAL_METRIC = "steady_rms_error"
 LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
 
 
+@answers(
+    f"Write the parameters and metrics of each run ({', '.join(FORMATS)}), or a picture of them (.png, .svg, "
+    ".pdf). Into a folder any number of runs go part by part (Parquet), and the same command goes on where "
+    "it was stopped; a report goes there too.",
+    endings=ENDINGS,
+    several=True,
+)
 def batch(
-    context: typer.Context,
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
@@ -58,22 +56,7 @@ def batch(
             "goes on believing in the scenario's values."
         ),
     ],
-    out: Annotated[
-        list[str],
-        typer.Option(
-            "--out",
-            metavar="FILE|DIR",
-            default_factory=list,
-            show_default=False,
-            help=f"Write the parameters and metrics of each run ({', '.join(FORMATS)}), or a picture of "
-            "them (.png, .svg, .pdf). May be given again. Into a folder any number of runs go part by part "
-            "(Parquet), and the same command goes on where it was stopped; a report goes there too. "
-            f"{WHERE}",
-        ),
-    ],
-    figure_size: FigureSize = None,
-    figure_format: FigureFormat = None,
-    decimal_comma: DecimalComma = False,
+    answer: Answer,
     seeds: Annotated[
         bool, typer.Option("--seeds", help="Give each run random numbers of its own, as for sensor noise.")
     ] = False,
@@ -85,7 +68,7 @@ def batch(
         typer.Option(
             "--metric",
             metavar="NAME",
-            show_default=USUAL_METRIC,
+            show_default="steady_rms_error",
             help="The metric of a picture, and of the worst run.",
         ),
     ] = None,
@@ -113,7 +96,6 @@ def batch(
         bool, typer.Option("--cuda", help="Compute on a CUDA device, one thread per run.")
     ] = False,
     strict: Strict = False,
-    json: Json = False,
     verbose: Verbose = False,
 ) -> None:
     """Simulate one scenario many times with varied parameters, and print how its metrics are spread.
@@ -133,15 +115,8 @@ def batch(
     - `hydroservo batch paper/sine-pi --runs 1000000 --vary plant.mass=4..8kg --out runs
       --scheduler tcp://head:8786`
     """
-    from hydroservo.cli.batch_files import destinations, is_csv, write_batch
-    from hydroservo.cli.batch_summary import batch_summary, show_batch
-    from hydroservo.cli.kernels import log_kernels
-    from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.summary import for_table
-    from hydroservo.cli.writing import both, write_or_keep
+    from hydroservo.cli.remarks import log_kernels
     from hydroservo.errors import HydroservoError
-    from hydroservo.reports.journal import journal_of
-    from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.load import assembled
     from hydroservo.scenario.parts import Sampled
@@ -149,81 +124,54 @@ def batch(
 
     if not (ranges or seeds):
         raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
-    files, folder = destinations(out)
-    journal = journal_of(
-        figure_format,
-        figure_size,
-        folder,
-        checked_decimal_comma(decimal_comma, folder, *filter(is_csv, files)),
-    )
-    check_sizes(runs, seed, folder)
-    check_workers(workers, scheduler, folder, cuda)
+    check_sizes(runs, seed, answer.folder)
+    check_workers(workers, scheduler, answer.folder, cuda)
     assembly = assembled(scenario, dict(map(parse_override, changes)), plugins)
     metric = metric_of(assembly.loop, metric, scenario)
     sampled = Sampled(assembly, variations(assembly, ranges_in(ranges)), seed, seeds, strict, cuda)
-    announce(scenario, sampled, runs, (files, folder), journal)
-    with log_kernels(verbose), progress_bar("preparing") as report:
+    size = announce(scenario, sampled, runs, answer)
+
+    def ask(report: "Report") -> "xr.Dataset":
         start = time.monotonic()
-        if folder is None:
-            table, computed = in_memory(sampled, runs, threads, report), runs
-        else:
-            who = workers_of(workers, scheduler, threads)
-            table, computed = in_folder(sampled, runs, folder, who, report)
-        seconds = time.monotonic() - start
-        report(1.0, "writing files")
-        varying = [one.path for one in sampled.varied]
-        left = write_batch(files, table, varying, metric, decimal_comma)
-        summary = batch_summary(scenario, seed, table, sampled.ranges(runs), sampled.varied)
-        other_demands = any(path.startswith("reference.") for path in varying)
-        shown = summary if other_demands else for_table(summary, assembly.loop)
-        alone = run_alone(sampled, table, metric, (scenario, changes, plugins))
-        page = partial(page_of, context, shown, table, (metric, varying), alone)
-        write = partial(write_page, page, summary.as_tables(), journal)
-        left = both(left, write_or_keep(folder, write)._replace(files=()))
-    say_remarks(scenario, table)
-    if json:
-        typer.echo(as_json(summary.as_tables()))
-        left.check()
-        return
-    show_batch(shown, table, seconds, computed)
-    typer.echo(alone)
-    say_places([*map(str, left.files), *([f"{folder}/"] if folder else [])])
-    left.check()
+        with log_kernels(verbose):
+            if answer.folder is None:
+                table, computed = in_memory(sampled, runs, threads, report), runs
+            else:
+                who = workers_of(workers, scheduler, threads)
+                table, computed = in_folder(sampled, runs, answer.folder, who, report)
+        say_speed(runs, computed, time.monotonic() - start)
+        return table
+
+    say = partial(say_batch, sampled, metric, (scenario, changes, plugins))
+    write = partial(write_batch, answer.files, metric=metric, journal=answer.journal)
+    answer(scenario, ask, say, size=size, others=others_of(answer), also=write)
 
 
-def say_places(places: Sequence[str]) -> None:
-    """Where the table, pictures and parts of a batch are."""
-    if places:
-        typer.echo(f"written: {', '.join(places)}")
+def say_batch(
+    sampled: "Sampled", metric: str, given: tuple[str, list[str], list[Path]], table: "xr.Dataset"
+) -> "Finding":
+    """What a batch says, with the command that runs its most remarkable run alone."""
+    from hydroservo.runs.batch_finding import batch_finding
+    from hydroservo.scenario.ranges import typed_scales
+
+    typed = typed_scales((one.entry, table[one.path].attrs["units"]) for one in sampled.varied)
+    alone = run_alone(sampled, table, metric, given)
+    return batch_finding(table, given[0], metric=metric, typed=typed, alone=alone)
 
 
-def page_of(
-    context: typer.Context,
-    shown: "BatchSummary",
-    table: "xr.Dataset",
-    pictured: tuple[str, list[str]],
-    alone: str,
-) -> "Page":
-    """The report, of the summary that is shown, the table of all runs, and what is pictured of it."""
-    from hydroservo.cli.reporting import again
-    from hydroservo.cli.reports.batch import batch_report
-
-    return batch_report(again(context), shown, table, pictured, alone)
-
-
-def write_page(
-    page: "Callable[[], Page]", said: Mapping[str, Any], journal: "Journal", place: Path
-) -> list[Path]:
-    """Write the report and the numbers into the folder of a batch; returns what was written."""
-    from hydroservo.cli.files import write_results
-
-    return write_results(place, {}, page(), said, journal)
+def say_speed(runs: int, computed: int, seconds: float) -> None:
+    """How fast runs were computed, on stderr."""
+    there = f"; {runs - computed:,} were there before" if computed < runs else ""
+    rate = computed / seconds
+    speed = f"{rate:,.0f}" if rate >= 99.5 else f"{rate:.3g}"
+    text = f"{seconds:.3g} s, {speed} runs per second, compilation included{there}"
+    typer.echo(f"hydroservo: {text if computed else 'all runs were there before'}", err=True)
 
 
 def run_alone(
     sampled: "Sampled", table: "xr.Dataset", metric: str, given: tuple[str, list[str], list[Path]]
 ) -> str:
-    """Which run one would look at first, and the command that runs it alone.
+    """The command that runs alone the run that one would look at first.
 
     Args:
         sampled: the batch.
@@ -231,21 +179,21 @@ def run_alone(
         metric: whose worst run that is.
         given: scenario, changes and plug-ins.
     """
-    from hydroservo.cli.batch_summary import remarkable_run
+    from hydroservo.runs.batch_finding import remarkable_run
 
     scenario, changes, plugins = given
-    run, reason = remarkable_run(table, metric)
+    run, _ = remarkable_run(table, metric)
     steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
     words = ["hydroservo", "run", scenario, *(["--strict"] if sampled.strict else [])]
     drawn = sampled.drawn(run, 1).changes(0)
-    return f"run {run} {reason}; alone: {replay(words, changes, plugins, steps | drawn)}"
+    return replay(words, changes, plugins, steps | drawn)
 
 
 def in_memory(sampled: "Sampled", runs: int, threads: int | None, report: "Report") -> "xr.Dataset":
     """The table of a batch."""
     from hydroservo.cli.progress import paced
     from hydroservo.runs.batch import simulate_batch
-    from hydroservo.scenario.batch_table import table_of_runs
+    from hydroservo.scenario.parts import table_of_runs
 
     drawn = sampled.drawn(0, runs)
     found = simulate_batch(
@@ -280,11 +228,7 @@ def in_folder(
 
 
 def check_workers(workers: int | None, scheduler: str | None, folder: Path | None, cuda: bool) -> None:
-    """Refuse workers where there is no folder, those of two places, and a device that this machine has not.
-
-    Raises:
-        HydroservoError: they are asked for.
-    """
+    """Refuse workers without a folder, those of two places, and a device that this machine has not."""
     from hydroservo.engine.cuda_driver import device
     from hydroservo.errors import HydroservoError
 
@@ -304,11 +248,7 @@ def workers_of(workers: int | None, scheduler: str | None, threads: int | None) 
 
 
 def check_sizes(runs: int, seed: int, folder: Path | None) -> None:
-    """Refuse a number of runs or a seed out of its range.
-
-    Raises:
-        ParameterError: one is.
-    """
+    """Refuse a number of runs or a seed out of its range."""
     from hydroservo.scenario.parts import MOST_IN_PARTS
     from hydroservo.scenario.sampling import MOST, check_size
 
@@ -325,14 +265,11 @@ def columns_of(sampled: "Sampled") -> int:
 
 
 def metric_of(loop: "Loop", metric: str | None, scenario: str) -> str:
-    """The metric that is asked for; of a loop without the usual one, another, with a line that says so.
-
-    Raises:
-        HydroservoError: the loop has no such number; in one line, with those that it has.
-    """
+    """The metric that is asked for; of a loop without the usual one, another, with a line that says so."""
     from hydroservo.errors import ParameterError
     from hydroservo.metrics import declared_metrics, default_metric, flags_of, monitors_of
     from hydroservo.nearest import one_of
+    from hydroservo.runs.batch_finding import USUAL_METRIC
 
     watching = monitors_of(loop)
     flags = flags_of(watching)
@@ -347,23 +284,17 @@ def metric_of(loop: "Loop", metric: str | None, scenario: str) -> str:
     return metric
 
 
-def announce(
-    scenario: str,
-    sampled: "Sampled",
-    runs: int,
-    places: tuple[Sequence[Path], Path | None],
-    journal: "Journal",
-) -> None:
-    """Before the runs: try the files, and say how much memory a large table will take, and odd sizes."""
-    from hydroservo.cli.files import result_files
-    from hydroservo.cli.writing import try_outputs
-    from hydroservo.reports.folder import Files
+def announce(scenario: str, sampled: "Sampled", runs: int, answer: Answer) -> int:
+    """How much the table of all runs will take [bytes]; a large one, and odd sizes, are said on stderr."""
+    size = 8 * runs * columns_of(sampled)
+    say_sizes(scenario, sampled.assembly.loop)
+    if size > LARGE_TABLE and (answer.files or answer.folder is None):
+        typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)
+    return size
+
+
+def others_of(answer: Answer) -> list[Path]:
+    """The files of a batch besides its report."""
     from hydroservo.scenario.parts import MANIFEST
 
-    files, folder = places
-    size = 8 * runs * columns_of(sampled)
-    report = Files(["spread"], ["varied", "metrics"], journal)
-    try_outputs([*files, *(result_files(folder, [MANIFEST], report) if folder else [])], size)
-    say_sizes(scenario, sampled.assembly.loop)
-    if size > LARGE_TABLE and (files or folder is None):
-        typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)
+    return [*answer.files, *([answer.folder / MANIFEST] if answer.folder else [])]

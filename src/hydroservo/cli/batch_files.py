@@ -5,13 +5,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hydroservo.cli.files import PICTURE_ENDINGS
-from hydroservo.cli.places import is_folder
-from hydroservo.cli.writing import Written
-from hydroservo.errors import HydroservoError
+from hydroservo.cli.frame import PICTURE_ENDINGS, Written
 from hydroservo.outputs import OutputError, keep_elsewhere, staged, write_text
-from hydroservo.reports.decimal_commas import decimal_commas
 from hydroservo.runs.results import FORMATS, Format, save
+from hydroservo.show.journal import NO_JOURNAL, Journal
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,49 +16,12 @@ if TYPE_CHECKING:
 ENDINGS = (*FORMATS, *PICTURE_ENDINGS)
 
 
-def destinations(out: Sequence[str]) -> tuple[list[Path], Path | None]:
-    """The files that ``--out`` names, and the folder; None if it names none.
-
-    Raises:
-        HydroservoError: an ending names no format, or there are two folders.
-    """
-    folders = [one for one in out if is_folder(one, ENDINGS)]
-    files = [Path(one) for one in out if one not in folders]
-    checked_endings(files)
-    if len(folders) > 1:
-        raise HydroservoError(f"--out: {folders[0]} and {folders[1]} are both folders; give one, and files")
-    return files, Path(folders[0]) if folders else None
-
-
-def is_csv(file: Path) -> bool:
-    """Whether a file's ending says CSV."""
-    return file.suffix.lower() == Format.CSV.ending
-
-
-def checked_endings(files: Sequence[Path]) -> None:
-    """Refuse a file that could not be written in the end.
-
-    Raises:
-        HydroservoError: an ending names no format.
-    """
-    for file in files:
-        if file.suffix.lower() not in ENDINGS:
-            raise HydroservoError(
-                f"{file}: the ending {file.suffix!r} is not a known format; use one of "
-                f"{', '.join(ENDINGS)}, or a folder, with a / at its end"
-            )
-
-
 def write_batch(
-    files: Sequence[Path],
-    table: "xr.Dataset",
-    varied: Sequence[str],
-    metric: str,
-    decimal_comma: bool = False,
+    files: Sequence[Path], table: "xr.Dataset", *, metric: str, journal: Journal = NO_JOURNAL
 ) -> Written:
     """Write a table, and pictures of one metric against what varied, each whatever becomes of the others."""
     failures: dict[Path, Exception] = {}
-    write = partial(write_file, table=table, varied=varied, metric=metric, decimal_comma=decimal_comma)
+    write = partial(write_file, table=table, metric=metric, journal=journal)
     for folder in dict.fromkeys(file.parent for file in files):
         together = [file for file in files if file.parent == folder]
         try:
@@ -96,15 +56,13 @@ def distinct(files: Iterable[Path]) -> list[str]:
     return [name if names.count(name) == 1 else f"{i}-{name}" for i, name in enumerate(names, 1)]
 
 
-def write_file(
-    file: Path, table: "xr.Dataset", varied: Sequence[str], metric: str, decimal_comma: bool
-) -> None:
-    if file.suffix.lower() in FORMATS:
+def write_file(file: Path, table: "xr.Dataset", metric: str, journal: Journal) -> None:
+    ending = file.suffix.lower()
+    if ending in FORMATS:
         save(table, file)
-        if decimal_comma and is_csv(file):
-            write_text(file, decimal_commas(file.read_text(encoding="utf-8")))
+        if ending == Format.CSV.ending:
+            write_text(file, journal.csv(file.read_text(encoding="utf-8")))
     else:
-        from hydroservo.figures.batch import plot_batch
-        from hydroservo.figures.style import save_picture
+        from hydroservo.runs.batch_finding import drawn
 
-        save_picture(plot_batch(table, varied, metric), file, table.attrs["hash"])
+        drawn(table, metric).save(file, origin=table.attrs["hash"])

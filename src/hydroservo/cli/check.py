@@ -33,7 +33,7 @@ def check(file: File, json: Json = False) -> None:
     - `hydroservo check my_controller.py --json`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.runs.results import as_json
+    from hydroservo.show.numbers import as_json
     from hydroservo.testing.asking import by_cause
 
     blocks = blocks_in(file)
@@ -81,11 +81,7 @@ def no_notes_left() -> Iterator[None]:
 
 
 def blocks_in(file: Path) -> Sequence[type]:
-    """The classes of a file that say a role or have the methods of one.
-
-    Raises:
-        ScenarioError: the file cannot be read or executed, or has no block.
-    """
+    """The classes of a file that say a role or have the methods of one."""
     from hydroservo.errors import ScenarioError
     from hydroservo.scenario import load_plugin
     from hydroservo.scenario.fits import roles_of

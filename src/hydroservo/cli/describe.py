@@ -33,9 +33,9 @@ def describe(
     - `hydroservo describe Cylinder.from_diameters`
     """
     from hydroservo.cli.tables import show_descriptions, show_names, show_titles
-    from hydroservo.runs.results import as_json
     from hydroservo.scenario.descriptions import descriptions, role_named, summary, types_by_role
     from hydroservo.scenario.plugins import load_plugin
+    from hydroservo.show.numbers import as_json
 
     for plugin in plugins:
         load_plugin(plugin)
@@ -67,9 +67,9 @@ def schema(
     - `hydroservo schema --out hydroservo.schema.json`
     """
     from hydroservo.outputs import write_text
-    from hydroservo.runs.results import as_json
     from hydroservo.scenario.plugins import load_plugin
     from hydroservo.scenario.schema import scenario_schema
+    from hydroservo.show.numbers import as_json
 
     for plugin in plugins:
         load_plugin(plugin)

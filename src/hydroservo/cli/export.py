@@ -118,7 +118,7 @@ def c(
     from hydroservo.cli.progress import progress_bar
     from hydroservo.export.c.project import memory
     from hydroservo.export.products import export_c, proof_line
-    from hydroservo.runs.results import as_json
+    from hydroservo.show.numbers import as_json
 
     loop = loaded(scenario, changes, plugins)
     with progress_bar("translating") as report:
@@ -180,7 +180,7 @@ def fmu(
     from hydroservo.cli.progress import progress_bar
     from hydroservo.export.platforms import platforms_named
     from hydroservo.export.products import export_fmu, proof_line
-    from hydroservo.runs.results import as_json
+    from hydroservo.show.numbers import as_json
 
     loop, platforms = loaded(scenario, changes, plugins), platforms_named(platforms)
     with progress_bar("translating") as report:
@@ -230,7 +230,7 @@ def ssp(
     from hydroservo.cli.progress import progress_bar
     from hydroservo.export.platforms import platforms_named
     from hydroservo.export.products import export_ssp, proof_line
-    from hydroservo.runs.results import as_json
+    from hydroservo.show.numbers import as_json
 
     loop, platforms = loaded(scenario, changes, plugins), platforms_named(platforms)
     with progress_bar("translating") as report:

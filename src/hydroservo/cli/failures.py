@@ -87,9 +87,6 @@ def check_words(words: Sequence[str]) -> None:
     """Refuse a word that is empty, as a shell makes it of a variable that is not set, or not UTF-8.
 
     An empty path would be the current folder, and reports and results hold the names of files as UTF-8.
-
-    Raises:
-        UsageError: there is one.
     """
     for before, word in pairwise(["", *words]):
         name, mark, value = word.partition("=")
@@ -118,11 +115,7 @@ class Listing(TyperGroup):
 
 @contextmanager
 def naming(scenario: str) -> Iterator[None]:
-    """Errors of a run, whose loop does not know where it is from, name its scenario.
-
-    Raises:
-        HydroservoError: there was one.
-    """
+    """Errors of a run, whose loop does not know where it is from, name its scenario."""
     try:
         yield
     except (ParameterError, LoopError) as error:

@@ -1,37 +1,32 @@
 """The command that finds a machine's numbers from logs of it."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hydroservo.cli.frame import Answer, answers
 from hydroservo.cli.options import (
     Changes,
-    DecimalComma,
-    FigureFormat,
-    FigureSize,
-    Folder,
-    Json,
     Plugins,
     Scenario,
     Threads,
     Verbose,
-    checked_decimal_comma,
     quantity_of,
     ranges_in,
     varied,
 )
-from hydroservo.cli.remarks import say_warning
 
 if TYPE_CHECKING:
-    from hydroservo.cli.identify_tables import Further
+    from hydroservo.cli.progress import Report
     from hydroservo.identification import Identified
-    from hydroservo.reports.folder import Files
-    from hydroservo.reports.journal import Journal
+    from hydroservo.identification.further import Further
     from hydroservo.scenario.tables import Entry
+
+    Ranges = Mapping[str, Entry]
+    Changed = Mapping[str, object]
 
 FORM, HORIZON, LIMIT = "--form", "--horizon", "--limit"
 DOES_NOT_FIT = 3  # exit status
@@ -44,8 +39,9 @@ class Form(StrEnum):
     ONE_STEP = "one-step"
 
 
+@answers()
 def identify(
-    context: typer.Context,
+    *,
     scenario: Scenario,
     logs: Annotated[
         list[Path],
@@ -112,12 +108,8 @@ def identify(
         int,
         typer.Option("--seed", metavar="S", help="Seed of the search's starts, a whole number >= 0."),
     ] = 0,
-    out: Folder = None,
-    figure_size: FigureSize = None,
-    figure_format: FigureFormat = None,
-    decimal_comma: DecimalComma = False,
+    answer: Answer,
     threads: Threads = None,
-    json: Json = False,
     verbose: Verbose = False,
 ) -> None:
     """Find numbers of a scenario's machine from logs of it, with 95 % intervals.
@@ -140,94 +132,51 @@ def identify(
     - `hydroservo identify my.toml bench.csv --vary plant.mass=-50%..+100% --propose next.csv --limit
       position=20..80mm`
     """
-    from hydroservo.cli.files import list_files, result_files
-    from hydroservo.cli.identify_tables import Further, as_tables, tables_of, typed_units
-    from hydroservo.cli.kernels import log_kernels
-    from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.tables import show
-    from hydroservo.cli.writing import try_outputs, write_or_keep
+    from hydroservo.cli.remarks import log_kernels
     from hydroservo.errors import HydroservoError
     from hydroservo.identification import compare
     from hydroservo.identification import propose as proposed
+    from hydroservo.identification.finding import identified_finding
+    from hydroservo.identification.further import Further, typed_units
     from hydroservo.identification.identified import identified
     from hydroservo.outputs import write_text
-    from hydroservo.reports.journal import journal_of
-    from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
     from hydroservo.work.cores import checked_count
 
-    overrides, asked = dict(map(parse_override, changes)), ranges_in(ranges)
+    overrides, sought = dict(map(parse_override, changes)), ranges_in(ranges)
     bounds, memory = limits_in(limits, propose), horizon_of(form, horizon)
     count = checked_count(threads, "--threads")
-    journal = journal_of(figure_format, figure_size, out, checked_decimal_comma(decimal_comma, out, propose))
-    files = files_of(len(logs), against is not None, propose is not None, journal)
-    own = result_files(out, ["scenario.toml"], files) if out else []
-    try_outputs([*own, *([propose] if propose else [])])
-    shared, changed = others_own(against, asked, overrides, plugins) if against is not None else ({}, {})
-    with log_kernels(verbose), progress_bar(scenario) as report:
-        say = partial(say_progress, report, scenario)
-        found = identified(scenario, logs, asked, overrides, plugins, seed, memory, count, say)
-        more, failure = Further(typed=typed_units(found, asked)), None
-        try:  # whatever goes wrong here must not cost what was found
+    shared = others_own(against, sought, overrides, plugins) if against is not None else ({}, {})
+
+    def fit(name: str, ranges: "Ranges", changes: "Changed", report: "Report") -> "Identified":
+        return identified(
+            name, logs, ranges, changes, plugins, seed, memory, count, lambda done: report(done, name)
+        )
+
+    def ask(report: "Report") -> "tuple[Identified, Further]":
+        first = fit(scenario, sought, overrides, report)
+        further = Further(typed=typed_units(first, sought))
+        try:  # whatever goes wrong here must not cost what the logs tell
             if against is not None:
-                say = partial(say_progress, report, against)
-                other = identified(against, logs, shared, changed, plugins, seed, memory, count, say)
-                more = more._replace(other=other, comparison=compare(found, other))
+                other = fit(against, *shared, report)
+                further = further._replace(other=other, comparison=compare(first, other))
             if propose:
-                say = partial(say_progress, report, "the command to propose")
-                proposal = proposed(found, limits=bounds, seed=seed, progress=say)
-                write_text(propose, journal.csv(proposal.csv()))
-                more = more._replace(proposal=proposal)
+                what = "the command to propose"
+                proposal = proposed(first, limits=bounds, seed=seed, progress=lambda done: report(done, what))
+                write_text(propose, answer.journal.csv(proposal.csv()))
+                further = further._replace(proposal=proposal)
         except HydroservoError as error:
-            failure = error
-        left = write_or_keep(out, partial(write_identified, context, found, more, logs, journal))
-    for one in (found, more.other):
-        say_remarks_of(one)
-    if json:
-        typer.echo(as_json(as_tables(found, more)))
-    else:
-        show(*tables_of(found, more).values())
-        list_files(left.files)
-    left.check()
-    raise failure or typer.Exit(0 if found.fits else DOES_NOT_FIT)
+            further = further._replace(failure=error)
+        return first, further
 
-
-def write_identified(
-    context: typer.Context,
-    found: "Identified",
-    more: "Further",
-    logs: Sequence[Path],
-    journal: "Journal",
-    place: Path,
-) -> list[Path]:
-    """Write what was found into a folder; returns what was written."""
-    from hydroservo.cli.files import write_results
-    from hydroservo.cli.identify_tables import as_tables
-    from hydroservo.cli.reporting import again
-    from hydroservo.cli.reports.identify import identified_files, identify_report
-
-    page = identify_report(again(context), found, more, logs)
-    return write_results(place, identified_files(found, place), page, as_tables(found, more), journal)
-
-
-def say_remarks_of(found: "Identified | None") -> None:
-    """What a user should know of an identification, on stderr."""
-    if found:
-        for line in found.remarks:
-            say_warning(found.scenario, line)
-
-
-def say_progress(report: Callable[[float, str], None], name: str, fraction: float) -> None:
-    """Report how much of something is done."""
-    report(fraction, name)
+    with log_kernels(verbose):
+        others = [propose] if propose else []
+        first, further = answer(scenario, ask, lambda both: identified_finding(*both, logs), others=others)
+    raise further.failure or typer.Exit(0 if first.fits else DOES_NOT_FIT)
 
 
 def horizon_of(form: Form, text: str | None) -> float | None:
-    """The time in which predictions forget; None for a simulation.
-
-    Raises:
-        ParameterError: it is given for a simulation, or is no time.
-    """
+    """The time in which predictions forget; None for a simulation."""
     from hydroservo.errors import ParameterError
     from hydroservo.identification.one_step import USUAL
 
@@ -240,12 +189,7 @@ def horizon_of(form: Form, text: str | None) -> float | None:
 
 
 def limits_in(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[float, float]]:
-    """The limits of a proposal by signal, in SI units.
-
-    Raises:
-        ParameterError: there is no proposal.
-        ScenarioError: one is no range of a signal, or is given twice.
-    """
+    """The limits of a proposal by signal, in SI units."""
     from hydroservo.errors import ParameterError, ScenarioError
     from hydroservo.identification.signals import COMMAND, OUTPUTS, SIGNALS
     from hydroservo.nearest import one_of
@@ -262,40 +206,15 @@ def limits_in(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[flo
 
 
 def others_own(
-    scenario: str, asked: "Mapping[str, Entry]", overrides: Mapping[str, object], plugins: Sequence[Path]
+    scenario: str, ranges: "Ranges", changes: "Changed", plugins: Sequence[Path]
 ) -> "tuple[dict[str, Entry], dict[str, object]]":
-    """Those of some ranges, and of some changes, whose numbers another scenario has.
-
-    Raises:
-        ScenarioError: one of these changes is none to it.
-    """
+    """Those of some ranges, and of some changes, whose numbers another scenario has."""
     from hydroservo.block import leaves
     from hydroservo.identification.problem import DELAY
     from hydroservo.scenario.load import assembled
 
     other = assembled(scenario, {}, plugins)
     known = {DELAY, *other.arguments, *(path for path, _ in leaves(other.loop))}
-    changed = {path: value for path, value in overrides.items() if path in known}
+    changed = {path: value for path, value in changes.items() if path in known}
     assembled(scenario, changed, plugins)
-    return {path: entry for path, entry in asked.items() if path in known}, changed
-
-
-def files_of(logs: int, compared: bool, proposed: bool, journal: "Journal") -> "Files":
-    """What the report of an identification will have.
-
-    Args:
-        logs: how many.
-        compared: whether with another scenario.
-        proposed: whether there is a proposal for the next log.
-        journal: what figures a journal is to have.
-    """
-    from hydroservo.reports.folder import Files
-
-    each = range(1, logs + 1)
-    asked = {"comparison": compared, "proposal": proposed}
-    tables = [
-        "parameters",
-        *(f"signals-{i}" for i in each),
-        *(name for name, there in asked.items() if there),
-    ]
-    return Files([f"{what}-{i}" for i in each for what in ("log", "fit")], tables, journal)
+    return {path: entry for path, entry in ranges.items() if path in known}, changed

@@ -1,27 +1,17 @@
 """The command that measures a static map of a machine from logs of it."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from hydroservo.cli.options import (
-    Changes,
-    DecimalComma,
-    FigureFormat,
-    FigureSize,
-    Folder,
-    Json,
-    LogScenario,
-    Plugins,
-    checked_decimal_comma,
-    loaded,
-)
-from hydroservo.cli.remarks import say_warning
+from hydroservo.cli.frame import Answer, answers
+from hydroservo.cli.options import Changes, LogScenario, Plugins
 
 
+@answers()
 def map_logs(
-    context: typer.Context,
     kind: Annotated[
         str, typer.Argument(metavar="KIND", help="`valve-flow`, `pressure-gain`, `friction` or `decay`.")
     ],
@@ -33,12 +23,8 @@ def map_logs(
     ],
     changes: Changes,
     plugins: Plugins,
+    answer: Answer,
     scenario: LogScenario = None,
-    out: Folder = None,
-    figure_size: FigureSize = None,
-    figure_format: FigureFormat = None,
-    decimal_comma: DecimalComma = False,
-    json: Json = False,
 ) -> None:
     """Measure a static map of a machine from logs of it, with 95 % intervals.
 
@@ -53,38 +39,13 @@ def map_logs(
 
     - `hydroservo map friction bench.csv --scenario my.toml --out friction`
     """
-    from hydroservo.cli.files import list_files, result_files, write_results
-    from hydroservo.cli.map_tables import as_tables, numbers_table
-    from hydroservo.cli.tables import show
-    from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.identification.maps import map_logs as map_of
-    from hydroservo.reports.folder import Files
-    from hydroservo.reports.journal import journal_of
-    from hydroservo.runs.results import as_json
+    from hydroservo.identification.maps.finding import map_finding
     from hydroservo.scenario import parse_override
 
     overrides = dict(map(parse_override, changes))
-    journal = journal_of(figure_format, figure_size, out, checked_decimal_comma(decimal_comma, out))
-    if out:
-        own = ["map.csv", *(["scenario.toml"] if scenario is not None else [])]
-        try_outputs(result_files(out, own, Files(["map"], ["numbers"], journal)))
-    found = map_of(kind, logs, scenario, changes=overrides, plugins=plugins)
-    said = as_tables(found)
-
-    def write(place: Path) -> list[Path]:
-        from hydroservo.cli.reporting import again
-        from hydroservo.cli.reports.map import map_files, map_report
-
-        loop = None if scenario is None else loaded(scenario, changes, plugins)
-        page = map_report(again(context), found, loop, logs)
-        return write_results(place, map_files(found, place), page, said, journal)
-
-    left = write_or_keep(out, write)
-    for line in found.remarks:
-        say_warning(", ".join(found.logs), line)
-    if json:
-        typer.echo(as_json(said))
-    else:
-        show(numbers_table(found))
-        list_files(left.files)
-    left.check()
+    answer(
+        ", ".join(map(str, logs)),
+        lambda _: map_of(kind, logs, scenario, changes=overrides, plugins=plugins),
+        partial(map_finding, logs=logs),
+    )

@@ -12,7 +12,7 @@ from hydroservo.cli.completion import scenarios_like
 from hydroservo.cli.places import WHERE, folder_at
 from hydroservo.cli.remarks import say_sizes, say_warning
 from hydroservo.errors import HydroservoError, HydroservoWarning
-from hydroservo.reports.journal import FIGURE_FORMATS, Size
+from hydroservo.show.journal import FIGURE_FORMATS, Size
 
 if TYPE_CHECKING:
     from hydroservo.loop import Loop
@@ -145,11 +145,7 @@ def varied(help_text: str) -> Any:
 
 
 def quantity_of(option: str, text: str | None, unit: str) -> float | None:
-    """The number in an SI unit that an option says, with its unit or in SI; None where it is not given.
-
-    Raises:
-        ParameterError: it is no such quantity.
-    """
+    """The number in an SI unit that an option says, with its unit or in SI; None where it is not given."""
     from hydroservo.errors import ParameterError
     from hydroservo.scenario.quantities import si_value
 
@@ -202,30 +198,8 @@ def loaded_aloud(
     return loop
 
 
-def checked_decimal_comma(decimal_comma: bool, *places: Path | None) -> bool:
-    """Whether CSV files have decimal commas.
-
-    Args:
-        decimal_comma: the option.
-        places: where CSV files may go; None where there is no such option.
-
-    Raises:
-        HydroservoError: they have, and none is written.
-    """
-    if decimal_comma and not any(places):
-        raise HydroservoError(
-            "--decimal-comma changes CSV files, and this command writes none; add --out with a folder, or of "
-            "batch a .csv file"
-        )
-    return decimal_comma
-
-
 def check_one_place(workers: int | None, scheduler: str | None) -> None:
-    """Refuse processes of this machine where a scheduler's workers are to do it.
-
-    Raises:
-        HydroservoError: both are asked for.
-    """
+    """Refuse processes of this machine where a scheduler's workers are to do it."""
     if workers is not None and scheduler is not None:
         raise HydroservoError(
             "--workers run on this machine, and --scheduler has its own: give one of the two"
@@ -238,9 +212,6 @@ def ranges_in(texts: Sequence[str], option: str = VARY) -> "dict[str, Entry]":
     Args:
         texts: as given.
         option: that they were given to.
-
-    Raises:
-        ScenarioError: a text is not of that form, or a path is given twice.
     """
     from hydroservo.errors import ScenarioError, short
     from hydroservo.scenario.overrides import PATH

@@ -21,13 +21,6 @@ def is_folder(text: str, endings: Sequence[str] = ()) -> bool:
     return text.endswith(("/", os.sep)) or not ending or (ending not in endings and path.is_dir())
 
 
-def file_or_folder(text: str | None) -> tuple[Path | None, Path | None]:
-    """The file that ``--out`` names, or else the folder; nothing where it was not given."""
-    if text is None:
-        return None, None
-    return (None, Path(text)) if is_folder(text) else (Path(text), None)
-
-
 def folder_at(text: str | Path) -> Path:
     """The folder that ``--out`` of a command names that leaves several files.
 

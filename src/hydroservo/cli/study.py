@@ -74,15 +74,15 @@ def study(
     - `hydroservo study small --out small-study`
     - `hydroservo study my-study.toml --out my-study --set search.candidates=512 --json`
     """
+    from hydroservo.cli.frame import again, try_outputs
     from hydroservo.cli.interrupts import heard
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.remarks import say_warning
-    from hydroservo.cli.reporting import again
-    from hydroservo.cli.study_tables import show_study
-    from hydroservo.cli.writing import try_outputs
-    from hydroservo.reports.journal import journal_of
-    from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
+    from hydroservo.show.journal import journal_of
+    from hydroservo.show.numbers import as_json
+    from hydroservo.show.terminal import show_finding
+    from hydroservo.studies.report.finding import study_finding
     from hydroservo.studies.report.folder import report_files, write_report
     from hydroservo.studies.running import MANIFEST
     from hydroservo.studies.running import study as run
@@ -114,8 +114,9 @@ def study(
             journal=journal,
             command=again(context),
         )
+    finding = study_finding(found)
     if json:
-        typer.echo(as_json({"title": found.manifest["title"], **found.verdicts.as_dict()}))
+        typer.echo(as_json(finding.numbers))
     else:
-        show_study(found)
+        show_finding(finding)
         typer.echo(f"written: {page}")

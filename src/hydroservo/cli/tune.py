@@ -3,43 +3,39 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hydroservo.cli.frame import Answer, answers, command_typed
 from hydroservo.cli.options import (
     VARY,
     Changes,
-    DecimalComma,
-    FigureFormat,
-    FigureSize,
-    Json,
     Plugins,
     Several,
     Threads,
     Verbose,
-    checked_decimal_comma,
     loaded_aloud,
     ranges_in,
     replay,
     varied,
 )
-from hydroservo.cli.places import WHERE, file_or_folder
-from hydroservo.cli.remarks import say_remarks
-from hydroservo.cli.typed import command_typed
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
-    from hydroservo.reports.journal import Journal
-    from hydroservo.reports.report import Report as Page
     from hydroservo.runs.tuned import Tuned
     from hydroservo.runs.tuning import Progress
     from hydroservo.scenario.task import Task
+    from hydroservo.show import Finding
 
 
+@answers(
+    "Write the values found as TOML tables to paste into a scenario (.toml); into a folder a report too.",
+    endings=(".toml",),
+)
 def tune(
-    context: typer.Context,
     scenarios: Several,
     changes: Changes,
     plugins: Plugins,
@@ -51,6 +47,7 @@ def tune(
             "x0.5..x2; evenly in its logarithm if the range does not hold 0. [default: `[tune.vary]`]"
         ),
     ],
+    answer: Answer,
     metric: Annotated[
         str | None,
         typer.Option("--metric", metavar="NAME", show_default="rms_error", help="The metric to minimise."),
@@ -141,20 +138,7 @@ def tune(
             help="Largest sensitivity peak while moving.",
         ),
     ] = None,
-    out: Annotated[
-        str | None,
-        typer.Option(
-            "--out",
-            metavar="FILE|DIR",
-            help="Write the values found as TOML tables to paste into a scenario. Into a folder goes a "
-            f"report too. {WHERE}",
-        ),
-    ] = None,
-    figure_size: FigureSize = None,
-    figure_format: FigureFormat = None,
-    decimal_comma: DecimalComma = False,
     threads: Threads = None,
-    json: Json = False,
     verbose: Verbose = False,
 ) -> None:
     """Search for the numbers of one or more scenarios that minimise a metric.
@@ -183,20 +167,12 @@ def tune(
     - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
       controller.proportional_gain=-50%..+100%`
     """
-    from hydroservo.cli.files import result_files
     from hydroservo.cli.interrupts import INTERRUPTED, heard
-    from hydroservo.cli.kernels import log_kernels
-    from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.tune_tables import as_tables, remarks_of
-    from hydroservo.cli.writing import try_outputs, write_or_keep
-    from hydroservo.outputs import write_text
-    from hydroservo.reports.folder import Files
-    from hydroservo.reports.journal import journal_of
+    from hydroservo.cli.remarks import log_kernels
     from hydroservo.runs.aims import metric_field
-    from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.task import task_of
-    from hydroservo.scenario.tuning import as_toml, best_values, without_none
+    from hydroservo.scenario.tuning import best_values, without_none
 
     lists = without_none(weights=weights, scales=scales)
     plain = without_none(metric=metric, seeds=seeds, effort=effort, candidates=candidates, seed=seed)
@@ -207,77 +183,34 @@ def tune(
     overrides = dict(map(parse_override, changes))
     with named_as_options(plain | lists):
         task = task_of(scenarios, ranges_in(ranges), parts, overrides, plugins, load=loaded_aloud)
-    file, folder = file_or_folder(out)
-    journal = journal_of(figure_format, figure_size, folder, checked_decimal_comma(decimal_comma, folder))
-    if file:
-        try_outputs([file])
-    if folder:
-        try_outputs(
-            result_files(folder, ["gains.toml"], Files(["tuned", "front"], ["gains", "metrics"], journal))
-        )
-    with log_kernels(verbose), progress_bar("preparing") as report:
-        unit = metric_field(task.aim.loops, task.aim.metric).unit
-        progress = progress_with_best(report, unit, task)
-        found = best_values(task, threads, progress, lambda: heard("; the best values so far are above"))
-    for scenario, table in zip(task.names, found.tables, strict=True):
-        say_remarks(scenario, table)
-    command = command_typed(context)
-    text = as_toml(found.parameters, " \\\n    ".join(command), remarks_of(task, found))
-    said = as_tables(command, task, found)
-    one = " and the first seed" if task.aim.seeds > 1 else ""
-    words = ["hydroservo", "run" if len(task.scenarios) == 1 else "compare", *task.scenarios]
-    replayed = f"with these values{one}: {replay(words, changes, plugins, found.parameters)}"
+    unit = metric_field(task.aim.loops, task.aim.metric).unit
 
-    def write(place: Path) -> list[Path]:
-        if file:
-            return [write_text(place / file.name, text)]
-        return write_page(place, page_of(context, task, found, replayed), text, said, journal)
+    def ask(report: "Report") -> "Tuned":
+        with log_kernels(verbose):
+            progress = progress_with_best(report, unit, task)
+            return best_values(task, threads, progress, lambda: heard("; the best values so far are above"))
 
-    left = write_or_keep(file.parent if file else folder, write)
-    if json:
-        typer.echo(as_json(said))
-    else:
-        say_found(task, found, replayed)
-        say_files(file, left.files)
-    left.check()
-    raise typer.Exit(INTERRUPTED if found.interrupted else 0)
+    say = partial(say_tuned, command_typed(answer.context), task.scenarios, changes, plugins)
+    raise typer.Exit(INTERRUPTED if answer("", ask, say).interrupted else 0)
 
 
-def say_found(task: "Task", found: "Tuned", replayed: str) -> None:
-    """Print the tables, and the command that runs the best values."""
-    from hydroservo.cli.tables import show
-    from hydroservo.cli.tune_tables import lines_of, tables_of
-
-    show(*tables_of(task, found), *lines_of(task, found))
-    typer.echo(replayed)
-
-
-def say_files(file: Path | None, files: Sequence[Path]) -> None:
-    """Print what was written: a file, or those in a folder."""
-    from hydroservo.cli.files import list_files
-
-    if not file:
-        list_files(files)
-    elif files:
-        typer.echo(f"written: {file}")
-
-
-def page_of(context: typer.Context, task: "Task", found: "Tuned", replayed: str) -> "Page":
-    """The report."""
-    from hydroservo.cli.reporting import again
-    from hydroservo.cli.reports.tune import tune_report
-
-    return tune_report(again(context), task, found, replayed)
-
-
-def write_page(
-    place: Path, page: "Page", text: str, said: Mapping[str, Any], journal: "Journal"
-) -> list[Path]:
-    """Write the values, the report and the numbers into a folder; returns what was written."""
-    from hydroservo.cli.files import write_results
+def say_tuned(
+    command: Sequence[str],
+    scenarios: Sequence[str],
+    changes: Sequence[str],
+    plugins: Sequence[Path],
+    tuned: "Tuned",
+) -> "Finding":
+    """What a search says, with the command that runs the best values, and their file."""
     from hydroservo.outputs import write_text
+    from hydroservo.runs.tuned_finding import tuned_finding
+    from hydroservo.scenario.tuning import as_toml, comments_of
 
-    return write_results(place, {"gains.toml": lambda path: write_text(path, text)}, page, said, journal)
+    words = ["hydroservo", "run" if len(scenarios) == 1 else "compare", *scenarios]
+    again = replay(words, changes, plugins, tuned.parameters)
+    text = as_toml(tuned.parameters, " \\\n    ".join(command), comments_of(tuned))
+    finding = tuned_finding(tuned, scenarios, " ".join(command), again)
+    return finding._replace(files={"gains.toml": lambda path: write_text(path, text)})
 
 
 def separated_numbers(text: str) -> list[float]:
@@ -294,9 +227,6 @@ def named_as_options(options: Mapping[str, object]) -> Iterator[None]:
 
     Args:
         options: what each says, by its name in the library.
-
-    Raises:
-        HydroservoError: there was one.
     """
     from hydroservo.errors import HydroservoError, ParameterError
 

@@ -165,11 +165,7 @@ def coupled(study: Any) -> Iterator[Any]:
 
 
 def parts_of(loop: Any, found: dict[str, Foreign], period: float) -> int:
-    """How many communications there are in a sample period.
-
-    Raises:
-        ParameterError: the steps do not divide the period, or differ.
-    """
+    """How many communications there are in a sample period."""
     steps = {name: getattr(loop, name).step for name in found}
     parts = {name: 1 if step == OPEN else round(period / step) for name, step in steps.items()}
     for name, step in steps.items():
@@ -181,12 +177,7 @@ def parts_of(loop: Any, found: dict[str, Foreign], period: float) -> int:
 
 
 def check_machine(loop: Any, foreign: Foreign, step: float) -> None:
-    """Refuse what cannot go around a machine that is an FMU.
-
-    Raises:
-        ParameterError: a delay of the command that ends inside a step, or a start of the machine's states.
-        LoopError: a force on the rod that the FMU does not take.
-    """
+    """Refuse what cannot go around a machine that is an FMU."""
     delay = getattr(loop.hold, "delay", 0.0)
     if abs(delay - round(delay / step) * step) > ROUNDED * step:
         raise ParameterError("hold.delay", delay, f"must be whole communication steps of {step:g} s")

@@ -137,11 +137,7 @@ def described(path: Path, digest: str) -> Fmu:
 
 
 def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
-    """The names in an archive, and the description in it.
-
-    Raises:
-        HydroservoError: it is no archive, or has no description that can be read.
-    """
+    """The names in an archive, and the description in it."""
     try:
         with zipfile.ZipFile(path) as archive:
             entries = {info.filename: info.file_size for info in archive.infolist()}
@@ -171,11 +167,7 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
 
 
 def package() -> Any:
-    """FMPy.
-
-    Raises:
-        HydroservoError: it is missing.
-    """
+    """FMPy."""
     try:
         import fmpy
     except ImportError:
@@ -184,11 +176,7 @@ def package() -> Any:
 
 
 def binary_in(names: list[str], version: int, identifier: str, fmpy: Any) -> str:
-    """The shared library for this machine, in an archive.
-
-    Raises:
-        HydroservoError: there is none.
-    """
+    """The shared library for this machine, in an archive."""
     folders = [fmpy.platform_tuple] if version == 3 else [fmpy.platform_tuple, fmpy.platform]
     for folder in folders:
         binary = f"binaries/{folder}/{identifier}{fmpy.sharedLibraryExtension}"
@@ -236,11 +224,7 @@ def size_of(dimension: Any) -> int:
 
 @lru_cache(maxsize=64)
 def folder_of(path: Path, digest: str) -> Path:
-    """A folder with the files of an FMU, which goes when the process ends.
-
-    Raises:
-        HydroservoError: the file is not what it was when it was read.
-    """
+    """A folder with the files of an FMU, which goes when the process ends."""
     if digest_of(path) != digest:
         raise HydroservoError(f"{path}: has changed since it was read")
     folder = new_temporary_folder()
@@ -249,9 +233,5 @@ def folder_of(path: Path, digest: str) -> Path:
 
 
 def unpacked(fmu: Fmu) -> Path:
-    """The folder of an FMU's files.
-
-    Raises:
-        HydroservoError: the file is not what it was when it was read.
-    """
+    """The folder of an FMU's files."""
     return folder_of(fmu.path, fmu.digest)

@@ -127,11 +127,7 @@ class Instance:
             getattr(self.slave, setter)([variable.reference], values)
 
     def check_size(self, variable: Variable, values: Parameter | list[Any]) -> None:
-        """Refuse too few or too many values for an array.
-
-        Raises:
-            LoopError: they are.
-        """
+        """Refuse too few or too many values for an array."""
         size = self.size(variable)
         if len(values) != size:
             raise self.error(f"takes {size} numbers for {variable.name}, and {len(values)} are given")
@@ -176,27 +172,15 @@ class Instance:
                 set_([variable.reference], array)
 
     def give(self, signals: Mapping[str, float]) -> None:
-        """Give inputs, in SI units by signal.
-
-        Raises:
-            LoopError: the FMU refuses.
-        """
+        """Give inputs, in SI units by signal."""
         self.called(partial(self.put, signals))
 
     def outputs(self) -> dict[str, float]:
-        """What the FMU answers, in SI units by signal.
-
-        Raises:
-            LoopError: the FMU refuses.
-        """
+        """What the FMU answers, in SI units by signal."""
         return self.called(self.read)
 
     def called(self, call: Callable[[], Answer]) -> Answer:
-        """What a call of the FMU returns.
-
-        Raises:
-            LoopError: the FMU refuses.
-        """
+        """What a call of the FMU returns."""
         try:
             return call()
         except LoopError:
@@ -205,11 +189,7 @@ class Instance:
             raise self.refused("stopped", error) from None
 
     def exchange(self, signals: Mapping[str, float]) -> dict[str, float]:
-        """Give inputs and take what the FMU answers to them, in SI units by signal.
-
-        Raises:
-            LoopError: the FMU refuses.
-        """
+        """Give inputs and take what the FMU answers to them, in SI units by signal."""
         self.give(signals)
         return self.outputs()
 
@@ -222,11 +202,7 @@ class Instance:
         return {wire.signal: found[wire.variable][wire.element] * wire.factor for wire in wires}
 
     def check_element(self, wire: Wire, array: list[float]) -> None:
-        """Refuse a wire to an element beyond an array's end.
-
-        Raises:
-            LoopError: it is there.
-        """
+        """Refuse a wire to an element beyond an array's end."""
         if wire.element >= len(array):
             asked = f"{wire.variable}[{wire.element + 1}]"
             raise self.error(f"has no {asked}: there are {len(array)} numbers in {wire.variable}")
@@ -237,9 +213,6 @@ class Instance:
         Args:
             time: where it begins [s].
             size: how long it is [s].
-
-        Raises:
-            LoopError: the FMU does not take it, or ends the simulation.
         """
         self.time = time
         answer = self.called(partial(self.slave.doStep, time, size))

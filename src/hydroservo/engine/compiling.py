@@ -35,12 +35,7 @@ class Compiled:
         self.kernels: dict[Any, tuple[Linked, Any, int]] = {}
 
     def __call__(self, *arguments: Any) -> Any:
-        """What the function returns.
-
-        Raises:
-            CompileError: it cannot be compiled for such arguments.
-            RunError: a block raised an exception.
-        """
+        """What the function returns."""
         shapes = tuple(map(shape, arguments))
         if shapes not in self.kernels:
             self.kernels[shapes] = self.made(shapes)

@@ -59,11 +59,7 @@ class CudaGroup:
         self.going = Memory(np.full(self.runs, GOING, dtype=np.int64))
 
     def advance(self, first: int, last: int, dt: float) -> None:
-        """Samples first to last-1 of every run that still goes on, to their end.
-
-        Raises:
-            ParameterError: the device failed.
-        """
+        """Samples first to last-1 of every run that still goes on, to their end."""
         threads = self.threads
         places = (threads.tables.address, self.memory.address, self.going.address)
         whole = np.array([*places, self.runs, first, last], dtype=np.int64)
@@ -93,11 +89,7 @@ class CudaGroup:
 
     @property
     def lost(self) -> NDArray[np.bool_]:
-        """True for each run whose state is no longer finite.
-
-        Raises:
-            RunError: a block raised an exception.
-        """
+        """True for each run whose state is no longer finite."""
         states = self.going.read()
         if (states == RAISED).any():
             raise RunError("a block raised an exception, which compiled code cannot carry")

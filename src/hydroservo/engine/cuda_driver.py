@@ -106,11 +106,7 @@ def has_device() -> bool:
 
 
 def returned(answer: Any) -> Any:
-    """What the driver returned.
-
-    Raises:
-        ParameterError: it failed.
-    """
+    """What the driver returned."""
     error, *found = answer
     if error != driver.CUresult.CUDA_SUCCESS:
         _, text = driver.cuGetErrorString(error)

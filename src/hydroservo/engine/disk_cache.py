@@ -57,12 +57,7 @@ class Folder(NamedTuple):
                 )
 
     def read(self, file: str) -> bytes:
-        """All of a file.
-
-        Raises:
-            CacheError: it is not a file of this user's alone.
-            OSError: it cannot be read.
-        """
+        """All of a file."""
         with os.fdopen(
             os.open(self.name(file), os.O_RDONLY | SAFELY, dir_fd=self.descriptor), "rb"
         ) as opened:
@@ -79,11 +74,7 @@ class Folder(NamedTuple):
             os.utime(self.name(file), dir_fd=self.descriptor, follow_symlinks=follow)
 
     def write(self, file: str, content: bytes) -> None:
-        """A file with this content in the place of one that is there; others see all of it or nothing.
-
-        Raises:
-            OSError: it cannot be written.
-        """
+        """A file with this content in the place of one that is there; others see all of it or nothing."""
         new = f"{NEW}{secrets.token_hex(8)}"
         here = self.descriptor
         try:
@@ -100,11 +91,7 @@ class Folder(NamedTuple):
 
 
 def directory() -> Path:
-    """Where the files are: ``HYDROSERVO_CACHE_DIR``, else the platform's place for caches.
-
-    Raises:
-        CacheError: there is no such place, for this user has no home.
-    """
+    """Where the files are: ``HYDROSERVO_CACHE_DIR``, else the platform's place for caches."""
     own = os.environ.get("HYDROSERVO_CACHE_DIR")
     if own:
         return Path(own).absolute()
@@ -115,12 +102,7 @@ def directory() -> Path:
 
 
 def read(digest: str) -> tuple[str, bytes] | None:
-    """The name of a function and its object code; None if there is no file.
-
-    Raises:
-        CacheError: there is one that cannot be trusted.
-        OSError: it cannot be read.
-    """
+    """The name of a function and its object code; None if there is no file."""
     try:
         with opened() as folder:
             clear(folder)
@@ -133,12 +115,7 @@ def read(digest: str) -> tuple[str, bytes] | None:
 
 
 def checked(folder: Folder, digest: str) -> bytes:
-    """What a file holds behind its checksum.
-
-    Raises:
-        CacheError: it cannot be trusted.
-        OSError: it cannot be read.
-    """
+    """What a file holds behind its checksum."""
     data = folder.read(file_of(digest))
     if data[:CHECK] != checksum(digest, data[CHECK:]):
         raise CacheError(f"{folder.place / file_of(digest)} is damaged")
@@ -146,12 +123,7 @@ def checked(folder: Folder, digest: str) -> bytes:
 
 
 def write(digest: str, name: str, code: bytes) -> None:
-    """Keep object code; other processes see all of it or nothing.
-
-    Raises:
-        CacheError: others could change what is kept there.
-        OSError: it cannot be written.
-    """
+    """Keep object code; other processes see all of it or nothing."""
     make(directory())
     content = name.encode() + b"\0" + code
     with opened() as folder:

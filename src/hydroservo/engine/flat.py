@@ -63,11 +63,7 @@ def arrays(block: Block) -> NDArray[np.int64]:
 
 
 def doubles(block: Block) -> Iterator[NDArray[np.float64]]:
-    """The arrays of a block.
-
-    Raises:
-        TypeError: one is not what :func:`array_at` takes it for.
-    """
+    """The arrays of a block."""
     for value in values(block):
         if isinstance(value, np.ndarray):
             if value.dtype != np.float64 or not value.flags.c_contiguous:

@@ -94,12 +94,7 @@ class CompiledRun:
 
 
 def check_rows(first: int, last: int, stride: int, out: Out, width: int) -> None:
-    """Refuse memory that does not hold what samples first to last-1 write there.
-
-    Raises:
-        ValueError: ``out`` has too few rows, or they are not ``width`` contiguous doubles each; or there are
-            no such samples.
-    """
+    """Refuse memory that does not hold what samples first to last-1 write there."""
     if stride < 1 or not 0 <= first <= last:
         raise ValueError(f"there are no samples {first} to {last}, every {stride}")
     rows = -(-last // stride) + (-first // stride)

@@ -44,11 +44,7 @@ def traced(
 
 
 def bound(call: Native, *arrays: NDArray[Any]) -> Callable[[int, int, float], None]:
-    """A kernel whose arrays stay where they are: what it takes besides is quick to give.
-
-    Raises:
-        RunError: as the kernel.
-    """
+    """A kernel whose arrays stay where they are: what it takes besides is quick to give."""
     result = ctypes.c_int64()
     places = (ctypes.byref(result), *map(argument, arrays))
     function, whole, real = call.function, ctypes.c_int64, ctypes.c_double

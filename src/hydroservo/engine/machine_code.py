@@ -15,7 +15,6 @@ from hydroservo.engine.lower.function import kernel_text
 from hydroservo.engine.lower.values import operand
 from hydroservo.engine.native import CompileError, MachineCode, prepare
 from hydroservo.engine.recipe import features
-from hydroservo.engine.root_estimates import with_estimated_roots
 from hydroservo.ops.basic import ROUNDER
 
 PROVIDED = {"memcpy", "memset", "memmove"}  # what LLVM itself may call, in every C library
@@ -27,13 +26,37 @@ ROUNDED = re.compile(
 )
 DEFINITION = re.compile(r"^(define .*) {$", re.MULTILINE)
 
+VECTOR = "<8 x double>"
+ESTIMATE = "@llvm.x86.avx512.rsqrt14.pd.512"
+FMA = "@llvm.fma.v8f64"
+CLASS = "@llvm.x86.avx512.fpclass.pd.512"
+OWN_ROOTS = 0b1110  # the classes +0, -0 and +inf, whose roots are they themselves
+DECLARED = {
+    ESTIMATE: f"declare {VECTOR} {ESTIMATE}({VECTOR}, {VECTOR}, i8)",
+    FMA: f"declare {VECTOR} {FMA}({VECTOR}, {VECTOR}, {VECTOR})",
+    CLASS: f"declare <8 x i1> {CLASS}({VECTOR}, i32)",
+}
+ROOT = re.compile(
+    rf"^  %([\w.]+) = (?:tail )?call (?:\w+ )*{VECTOR} @llvm\.sqrt\.v8f64\({VECTOR} (%[\w.]+)\)$",
+    re.MULTILINE,
+)
+STEPS = f"""\
+  %y = call {VECTOR} {ESTIMATE}({VECTOR} $x, {VECTOR} zeroinitializer, i8 -1)
+  %g0 = fmul {VECTOR} $x, %y
+  %h0 = fmul {VECTOR} %y, splat (double 5.0e-1)
+  %m0 = fneg {VECTOR} %g0
+  %e = call {VECTOR} {FMA}({VECTOR} %m0, {VECTOR} %h0, {VECTOR} splat (double 5.0e-1))
+  %g1 = call {VECTOR} {FMA}({VECTOR} %g0, {VECTOR} %e, {VECTOR} %g0)
+  %h1 = call {VECTOR} {FMA}({VECTOR} %h0, {VECTOR} %e, {VECTOR} %h0)
+  %m1 = fneg {VECTOR} %g1
+  %d = call {VECTOR} {FMA}({VECTOR} %m1, {VECTOR} %g1, {VECTOR} $x)
+  %g2 = call {VECTOR} {FMA}({VECTOR} %d, {VECTOR} %h1, {VECTOR} %g1)
+  %own = call <8 x i1> {CLASS}({VECTOR} $x, i32 {OWN_ROOTS})
+  $root = select <8 x i1> %own, {VECTOR} $x, {VECTOR} %g2"""
+
 
 def machine_code(function: Callable[..., int], arguments: Sequence[str], strict: bool) -> MachineCode:
-    """The machine code of a function of numbers and arrays that returns a whole number.
-
-    Raises:
-        CompileError: it cannot be compiled.
-    """
+    """The machine code of a function of numbers and arrays that returns a whole number."""
     name = function.__name__
     return object_code(name, kernel_text(name, function, arguments), strict)
 
@@ -64,11 +87,7 @@ def has_slow_roots() -> bool:
 
 
 def parsed(text: str) -> binding.ModuleRef:
-    """The module that a text describes.
-
-    Raises:
-        CompileError: LLVM refuses it, as one that is not of the declared versions may.
-    """
+    """The module that a text describes."""
     try:
         return binding.parse_assembly(text)
     except RuntimeError as error:
@@ -84,9 +103,6 @@ def optimised(text: str, triple: str, machine: binding.TargetMachine, strict: bo
     """The module of a text, made better by LLVM, vectors included.
 
     That a product and a sum may be rounded as one is said last, for LLVM keeps such out of vectors.
-
-    Raises:
-        CompileError: LLVM refuses it.
     """
     module = parsed(text)
     module.triple, module.data_layout = triple, str(machine.target_data)
@@ -129,3 +145,23 @@ def interleaved(module: str, vectors: int) -> str:
     While one waits for its operations to end, the others go on. Loops name node 0 for what is asked of them.
     """
     return f'{module}!0 = !{{!"llvm.loop.interleave.count", i32 {vectors}}}\n'
+
+
+def with_estimated_roots(module: str) -> str:
+    """The text of a module whose roots of eight doubles at once come from estimates.
+
+    With y = 1/sqrt(x) (1 + 2^-14), g = x y and h = y/2, which tend to sqrt(x) and 1/(2 sqrt(x))::
+
+        e = 1/2 - g h,  g := g + g e,  h := h + h e,  sqrt(x) = g + h (x - g^2)
+
+    It is within one unit in the last place; of numbers below 2e-308, which have fewer bits, within 1e-14.
+    """
+    found = ROOT.sub(root, module)
+    declared = [line for name, line in DECLARED.items() if name in found and line not in found]
+    return "\n".join([found, *declared, ""])
+
+
+def root(call: re.Match[str]) -> str:
+    """The steps in place of a call; names that hold a period are taken by no one else."""
+    named = re.sub(r"%(\w+)", rf"%root.{call[1]}.\1", STEPS)
+    return named.replace("$x", call[2]).replace("$root", f"%{call[1]}")

@@ -69,12 +69,7 @@ class Native(Linked):
 
 
 def argument(value: Any) -> Any:
-    """A value as C takes it.
-
-    Raises:
-        TypeError: an array that a kernel cannot take for a row of 64-bit numbers to read and write.
-        OverflowError: a whole number that 64 bits do not hold.
-    """
+    """A value as C takes it."""
     if isinstance(value, np.ndarray):
         if value.dtype not in ELEMENTS or not value.flags.carray:
             raise TypeError(

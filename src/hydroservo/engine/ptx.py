@@ -42,9 +42,6 @@ def ptx(function: Callable[..., int], constants: int, strict: bool) -> MachineCo
             or GOING.
         constants: how many numbers all runs share.
         strict: True rounds after every operation.
-
-    Raises:
-        CompileError: it cannot be compiled.
     """
     if constants > MOST:
         raise CompileError(f"a CUDA device takes {MOST} numbers of blocks, and these have {constants}")

@@ -50,11 +50,7 @@ class Recipe(NamedTuple):
     strict: bool
 
     def digest(self) -> str:
-        """A name for the machine code, the same in every process.
-
-        Raises:
-            UnknownContentError: there cannot be one.
-        """
+        """A name for the machine code, the same in every process."""
         parts = [surroundings(), repr(self.text), str(self.strict), *content_lines(self.shapes)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
@@ -145,11 +141,7 @@ def is_foreign(module: str) -> bool:
 
 
 def content_lines(value: Any) -> Iterator[str]:
-    """Lines that differ where what a kernel makes of classes, functions and plain values differs.
-
-    Raises:
-        UnknownContentError: the content of something cannot be told.
-    """
+    """Lines that differ where what a kernel makes of classes, functions and plain values differs."""
     content = Content()
     yield from content.of(value)
     yield from content.of_methods()

@@ -28,11 +28,7 @@ class CompiledRows:
         self.constants, self.tables = flat.numbers(block), flat.arrays(block)
 
     def __call__(self, rows: Numbers) -> Numbers:
-        """What is returned for each row of numbers, as rows.
-
-        Raises:
-            RunError: a block raised an exception.
-        """
+        """What is returned for each row of numbers, as rows."""
         given, out = np.require(rows, np.float64, ["C", "W"]), np.empty((len(rows), self.width))
         self.call(self.constants, self.tables, given, out, len(rows))
         return out

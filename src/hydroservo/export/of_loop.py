@@ -163,12 +163,7 @@ The command comes and goes in {unit}, {per_volt:g} {unit} a volt; what is inside
 
 
 def translated(loop: Loop, part: Part, prefix: str) -> Translation:
-    """A unit's functions and records.
-
-    Raises:
-        TranslationError: a block does what has no equal in C.
-        LoopError: an expression nests too deep.
-    """
+    """A unit's functions and records."""
     try:
         program = Program(WRITTEN, prefix)
         found = translation_of(program, block_of(loop, part), part, loop.controls.declared())

@@ -92,11 +92,7 @@ def machine_name() -> str:
 
 
 def this_platform() -> Platform:
-    """That of this machine.
-
-    Raises:
-        HydroservoError: FMI has no name for it.
-    """
+    """That of this machine."""
     name = machine_name()
     if name not in list(Platform):
         raise HydroservoError(f"FMI has no name for this machine, {name!r}, so no FMU can be built for it")
@@ -104,12 +100,7 @@ def this_platform() -> Platform:
 
 
 def platforms_named(names: Iterable[str]) -> list[Platform]:
-    """The platforms with these names, each once; this machine's where none is named.
-
-    Raises:
-        ParameterError: a name is that of no platform.
-        HydroservoError: none is named, and FMI has no name for this machine.
-    """
+    """The platforms with these names, each once; this machine's where none is named."""
     chosen = dict.fromkeys(names)
     for name in chosen:
         if name not in list(Platform):

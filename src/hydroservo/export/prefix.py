@@ -30,11 +30,7 @@ def default_prefix(scenario: str, part: Part) -> str:
 
 
 def checked_prefix(prefix: str) -> str:
-    """The prefix, if names in C and files of an export, as C or an FMU, may begin with it.
-
-    Raises:
-        ParameterError: it is no C identifier, is reserved, or a file would have the name of another.
-    """
+    """The prefix, if names in C and files of an export, as C or an FMU, may begin with it."""
     if not isinstance(prefix, str) or not usable(prefix):
         wanted = "must be letters, digits and underscores, first a letter, and not a name that C or FMI uses"
         raise ParameterError("prefix", prefix, wanted)

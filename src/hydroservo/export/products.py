@@ -234,11 +234,7 @@ def proven(loop: Loop, unit: Unit, done: float, report: Progress) -> tuple[Vecto
 
 
 def chosen(choices: type[Choice], argument: str, value: str) -> Choice:
-    """The choice that a word stands for.
-
-    Raises:
-        ParameterError: it stands for none.
-    """
+    """The choice that a word stands for."""
     words = [choice.value for choice in choices]
     if value not in words:
         raise ParameterError(argument, value, one_of(str(value), words))

@@ -11,14 +11,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError
-from hydroservo.figures.ranges import limits
-from hydroservo.figures.style import PALETTE, figure, style
+from hydroservo.figures.panels import limits
+from hydroservo.figures.style import PALETTE, Plot, figure, style
 from hydroservo.formatting import SUPERSCRIPT, readable_unit
 
 Numbers = NDArray[np.float64]
@@ -47,7 +46,7 @@ SYMBOL = re.compile(r"\b([A-Za-z]+)_(\w+)\b|(?<=\s)([A-Za-z]|rho)(?=\N{NO-BREAK 
 class Grid(NamedTuple):
     """A figure's panels, and the axes of the distribution beside them."""
 
-    fig: Figure
+    fig: Plot
     panels: Sequence[Axes]
     beside: Axes
 
@@ -62,7 +61,7 @@ class Measured(NamedTuple):
     lost: NDArray[np.bool_]  # which diverged; the rest has no such metric
 
 
-def plot_batch(table: xr.Dataset, varied: Sequence[str], metric: str) -> Figure:
+def plot_batch(table: xr.Dataset, varied: Sequence[str], metric: str) -> Plot:
     """A metric of many runs against each number that varied, and its distribution.
 
     Lines show the median and the 5 and 95 % of 40 runs or more: of all, and from 160 runs on of those with
@@ -89,11 +88,7 @@ def plot_batch(table: xr.Dataset, varied: Sequence[str], metric: str) -> Figure:
 
 
 def measured(table: xr.Dataset, metric: str) -> Measured:
-    """The values to show, in a unit that fits.
-
-    Raises:
-        ParameterError: there is no such metric.
-    """
+    """The values to show, in a unit that fits."""
     if metric not in table:
         raise ParameterError("metric", metric, "is not a metric of these runs")
     kept = ~table["diverged"].values & np.isfinite(table[metric].values)

@@ -15,7 +15,7 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 from numpy.typing import NDArray
 
 from hydroservo.command_scale import in_command_unit
-from hydroservo.figures.style import GREY, PALETTE, figure, style
+from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
 from hydroservo.formatting import quantity
 from hydroservo.linear.reading import READ, read_as
 
@@ -46,7 +46,7 @@ COLUMNS = (OPEN, CLOSED, Column("compliance", "compliance", "open_compliance"))
 WITH_LOGS = (Column("machine", "machine"), OPEN, CLOSED)  # for logs tell nothing of the compliance
 
 
-def plot_bode(data: xr.Dataset) -> Figure:
+def plot_bode(data: xr.Dataset) -> Plot:
     """Magnitude, phase and coherence of the open loop, the closed loop, and the way it gives to its load.
 
     Lines are the linear model, dots were measured; pale ones have a coherence below 0.95. Where the data hold

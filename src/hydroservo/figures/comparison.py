@@ -5,9 +5,8 @@ from itertools import cycle
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
-from hydroservo.figures.style import COLOURS, GREY, PALETTE, style
+from hydroservo.figures.style import COLOURS, GREY, PALETTE, Plot, style
 from hydroservo.figures.trace import trace_of
 from hydroservo.figures.tracking import TracedRun, tracking_figure
 from hydroservo.runs.arguments import check_one_signal
@@ -20,7 +19,7 @@ WIDEST, THINNEST = 2.2, 1.0  # points
 REMARK, LINE = 7, 100  # points, and the characters of that size that fit in a line
 
 
-def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Figure:
+def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Plot:
     """Velocity, error and command of several runs, overlaid.
 
     The error is the demand less the controlled signal. The first run of a PI, Backstepping or TSMC

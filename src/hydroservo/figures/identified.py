@@ -1,24 +1,26 @@
 """Pictures of an identification: the log as it was understood, and how it is met."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from hydroservo.figures.ranges import axis_unit, largest
-from hydroservo.figures.style import GREY, PALETTE, figure, style
-from hydroservo.identification import LogFit
-from hydroservo.identification.segments import Understood
+from hydroservo.figures.panels import axis_unit, largest
+from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
 from hydroservo.identification.signals import INPUTS, SIGNALS
+
+if TYPE_CHECKING:
+    from hydroservo.identification import LogFit
+    from hydroservo.identification.segments import Understood
 
 HEIGHT = 1.35  # inch, of a panel
 SUFFIX = "_simulated"
 MOST = 20_000  # points of a curve; longer ones become pixels inside an SVG
 
 
-def plot_log(whole: Understood) -> Figure:
+def plot_log(whole: "Understood") -> Plot:
     """Each signal of a log over time as it was understood; what was left out is marked.
 
     Args:
@@ -45,7 +47,7 @@ def plot_log(whole: Understood) -> Figure:
     return fig
 
 
-def plot_fit(fit: LogFit) -> Figure:
+def plot_fit(fit: "LogFit") -> Plot:
     """Measured and simulated signals of a log over time, and what is left between them.
 
     Args:
@@ -73,7 +75,7 @@ def plot_fit(fit: LogFit) -> Figure:
     return fig
 
 
-def panels(names: Sequence[str]) -> tuple[Figure, list[Axes]]:
+def panels(names: Sequence[str]) -> tuple[Plot, list[Axes]]:
     """A figure with a panel for each name, one above the other on one time."""
     fig = figure(HEIGHT * len(names) + 0.4)
     axes = fig.subplots(len(names), 1, sharex=True, squeeze=False)

@@ -4,10 +4,8 @@ import math
 from collections.abc import Sequence
 from textwrap import fill
 
-from matplotlib.figure import Figure
-
 from hydroservo.assumptions import Assumption
-from hydroservo.figures.style import GREY, PALETTE, figure, style
+from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
 from hydroservo.formatting import number
 
 ROW = 0.42  # inch, of an assumption
@@ -16,7 +14,7 @@ LABEL = 44  # characters in a line
 DOT = 6.0  # points
 
 
-def plot_margins(assumptions: Sequence[Assumption]) -> Figure:
+def plot_margins(assumptions: Sequence[Assumption]) -> Plot:
     """The margin of each assumption on a logarithmic axis; those below 1 fail, and are in another colour.
 
     A margin beyond a factor of 1000, or without end, stands at the edge of the axis with a triangle.

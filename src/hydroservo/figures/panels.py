@@ -8,10 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydroservo.figures.ranges import axis_unit, largest, limits
 from hydroservo.figures.style import GREY, figure
 from hydroservo.figures.trace import Samples
-from hydroservo.formatting import quantity
+from hydroservo.formatting import quantity, readable_unit
 
 CLOSE_WIDTH = 1.2  # where curves are told apart by the panel's range
 TAIL = 0.03  # of the samples may lie beyond either limit of a panel that leaves spikes out
@@ -20,6 +19,9 @@ FLATTEST = 1e5  # and this many times below it, is nothing but rounding
 LARGEST_VECTOR = 20_000  # points; a longer curve becomes pixels inside an SVG, which would else be huge
 MOSTLY = 0.5  # of its samples
 SAME_TIME = 1e-9  # [s]
+
+MARGIN = 0.12  # of a range, above and below
+SMALLER = {"mm": "µm", "mm/s": "µm/s", "mV": "µV", "mA": "µA"}  # by a factor of 1000
 
 
 class Window(NamedTuple):
@@ -171,3 +173,35 @@ def clipped(panel: Panel) -> str:
             furthest = quantity(float(values[np.nanargmax(beyond)]), panel.unit)
             reach.append(curve.label if len(panel.curves) > 2 else f"{curve.label} to {furthest}")
     return f"clipped: {', '.join(reach)}" if reach else ""
+
+
+def largest(curves: Sequence[Samples], tail: float = 0.0) -> float:
+    """The largest size of all samples of all curves but a tail at either end of each; 0 without any."""
+    low, high = extent(curves, tail)
+    return max(abs(low), abs(high)) if low <= high else 0.0
+
+
+def limits(curves: Sequence[Samples], tail: float) -> tuple[float, float]:
+    """A range that holds all samples of all curves but a tail at either end of each, with a margin."""
+    low, high = extent(curves, tail)
+    if low > high:
+        return -1.0, 1.0
+    margin = MARGIN * (high - low) or MARGIN * abs(high) or 1.0
+    return low - margin, high + margin
+
+
+def extent(curves: Sequence[Samples], tail: float) -> tuple[float, float]:
+    """The least and the largest sample but for tails; inf and -inf where there is none."""
+    finite = [values[np.isfinite(values)] for values in curves]
+    finite = [values for values in finite if values.size]
+    low = min((float(np.quantile(values, tail)) for values in finite), default=math.inf)
+    high = max((float(np.quantile(values, 1.0 - tail)) for values in finite), default=-math.inf)
+    return low, high
+
+
+def axis_unit(unit: str, largest: float) -> tuple[str, float]:
+    """The unit of an axis and the factor to it; powers of ten go into the unit, not onto the ticks."""
+    label, factor = readable_unit(unit, largest)
+    if factor * largest >= 0.01:
+        return label, factor
+    return SMALLER.get(label, f"10⁻³ {label}"), 1e3 * factor

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from hydroservo.figures.latex_text import escaped, label
+from hydroservo.show.latex import escaped, label
 
 MEASURED: Literal["center_baseline"] = "center_baseline"  # of numbers at an axis
 

@@ -1,11 +1,14 @@
 """The picture of a linear model: its poles in the plane of s, or of z where it is sampled."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from hydroservo.figures.style import GREY, PALETTE, figure, style
-from hydroservo.linear import Linearization
+from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
+
+if TYPE_CHECKING:
+    from hydroservo.linear import Linearization
 
 HEIGHT = 3.4  # inch
 DAMPING = (0.1, 0.3, 0.5, 0.7)  # of the lines that are drawn
@@ -13,7 +16,7 @@ MARGIN = 1.15  # of an axis, beyond the outermost pole
 FAINT = {"color": GREY, "linewidth": 0.6, "linestyle": ":", "zorder": 1}
 
 
-def plot_poles(model: Linearization) -> Figure:
+def plot_poles(model: "Linearization") -> Plot:
     """The poles of a linear model, with lines of equal damping; those that are not stable are red.
 
     In continuous time s = -zeta w ± j w sqrt(1 - zeta^2); of a sampled model z = e^(s h), inside the unit

@@ -2,10 +2,9 @@
 
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from hydroservo.figures.panels import Curve, Panel, draw_panel
-from hydroservo.figures.style import COLOURS, GREY, PALETTE, style
+from hydroservo.figures.style import COLOURS, GREY, PALETTE, Plot, style
 from hydroservo.figures.trace import Trace, trace_of
 from hydroservo.figures.tracking import TracedRun, add_legend, calm_on_top, tracking_figure, truth, whole
 from hydroservo.runs.behaviour import oscillation_note
@@ -15,7 +14,7 @@ from hydroservo.runs.titles import controller_name, controller_title
 PRESSURES = {"chamber A": PALETTE[4], "chamber B": PALETTE[5], "supply": GREY}
 
 
-def plot_run(dataset: xr.Dataset) -> Figure:
+def plot_run(dataset: xr.Dataset) -> Plot:
     """What is controlled, error and command over time; with an observer, both disturbances and estimates.
 
     Where both chambers' pressures were recorded, they are shown with the supply's.

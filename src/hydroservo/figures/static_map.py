@@ -1,15 +1,16 @@
 """The picture of a static map: points with their scatter, and the lines through them."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hydroservo.figures.ranges import axis_unit, largest
-from hydroservo.figures.style import GREY, PALETTE, figure, style
-from hydroservo.identification.maps import Kind, StaticMap
+from hydroservo.figures.panels import axis_unit, largest
+from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
+
+if TYPE_CHECKING:
+    from hydroservo.identification.maps import StaticMap
 
 HEIGHT = 3.2  # inch
 MARGIN = 0.03  # of the axes
@@ -19,7 +20,7 @@ DIRECTIONS = ("command falls", "command rises")
 Samples = NDArray[np.float64]
 
 
-def plot_static_map(found: StaticMap) -> Figure:
+def plot_static_map(found: "StaticMap") -> Plot:
     """The curve of a map with 95 % intervals over the scatter of its samples, and what is fitted to it.
 
     Points of sweeps have a colour for each direction of the command; pressures that decay are shown over
@@ -32,7 +33,7 @@ def plot_static_map(found: StaticMap) -> Figure:
         fig = figure(HEIGHT)
         axis = fig.subplots()
         axis.margins(MARGIN, 2.0 * MARGIN)
-        if found.kind == Kind.DECAY:
+        if found.kind == "decay":
             draw_decay(axis, found)
         else:
             draw_curve(axis, found)
@@ -40,7 +41,7 @@ def plot_static_map(found: StaticMap) -> Figure:
     return fig
 
 
-def draw_curve(axis: Axes, found: StaticMap) -> None:
+def draw_curve(axis: Axes, found: "StaticMap") -> None:
     """The second variable over the first."""
     curve = found.curve
     name_x, name_y = list(map(str, curve.data_vars))[:2]
@@ -61,7 +62,7 @@ def draw_curve(axis: Axes, found: StaticMap) -> None:
         axis.plot(x * line.x, y * line.y, color=GREY, linewidth=1.0, label=line.label or None, zorder=3)
 
 
-def scaled(axis: Axes, found: StaticMap, *names: str) -> list[float]:
+def scaled(axis: Axes, found: "StaticMap", *names: str) -> list[float]:
     """Label both axes; the factors to their units."""
     factors = []
     for name, which in zip(names, "xy", strict=True):
@@ -73,7 +74,7 @@ def scaled(axis: Axes, found: StaticMap, *names: str) -> list[float]:
     return factors
 
 
-def draw_decay(axis: Axes, found: StaticMap) -> None:
+def draw_decay(axis: Axes, found: "StaticMap") -> None:
     """Both pressures over time, log after log."""
     curve = found.curve
     x, y = scaled(axis, found, "time", "pressure_a")

@@ -16,8 +16,10 @@ from matplotlib.font_manager import get_font_names
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
+from hydroservo.errors import ParameterError
 from hydroservo.figures.pgf import drawn_by_latex
 from hydroservo.outputs import atomic_path
+from hydroservo.show.journal import TEX, Size
 
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -36,7 +38,8 @@ METADATA: Mapping[str, tuple[str, str]] = {  # what would differ each time, and 
     ".svg": ("Date", "Identifier"),
     ".pdf": ("CreationDate", "Keywords"),
 }
-TEX = ("xelatex", "lualatex", "pdflatex")  # which measure the text of a PGF
+ENDINGS = (*METADATA, ".pgf")
+ACROSS = 2  # panels in one column, side by side
 SMALLER = 0.82  # text in a figure narrower than the page: 7 of 8.5 points
 ROOM = 0.9  # of a figure, for its legend
 TICKS = 8  # points, of numbers at axes
@@ -94,7 +97,7 @@ def wide_fonts() -> list[str]:
     return [name for name in WIDE_FONTS if name in known]
 
 
-class Picture(Figure):
+class Plot(Figure):
     """A figure that notebooks show, although it belongs to no window."""
 
     def _repr_png_(self) -> bytes:
@@ -103,13 +106,37 @@ class Picture(Figure):
             self.savefig(content, format="png", dpi=SHOWN)
         return content.getvalue()
 
+    def save(self, path: Path | str, *, width: Size | str | None = None, origin: str = "") -> Path:
+        """Write it in the format that the file's ending names, as wide as a column of a journal if asked.
 
-def figure(height: float, width: float = WIDTH) -> Figure:
+        Args:
+            path: ends in .png, .svg or .pdf; or in .pgf, where there is a LaTeX to measure its text.
+            width: "one-column" or "two-column"; as it is if None. One with three panels side by side is as
+                wide as two columns all the same. The figure keeps the width that it then has.
+            origin: the hashes of the runs that it shows, for the metadata of the file.
+
+        Raises:
+            ParameterError: there is no such width or format.
+            HydroservoError: the file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix.lower() not in ENDINGS:
+            raise ParameterError("path", str(path), f"must end in one of {', '.join(ENDINGS)}")
+        if width is not None:
+            if width not in [*Size]:
+                raise ParameterError("width", width, f"must be one of {', '.join(Size)}")
+            size = Size(width) if axes_across(self) <= ACROSS else Size.TWO_COLUMN
+            with style():
+                fit_width(self, size.width)
+        return save_picture(self, path, origin)
+
+
+def figure(height: float, width: float = WIDTH) -> Plot:
     """An empty figure of a size in inch; it belongs to no window and no global list of figures.
 
     Call it, and draw on it, inside :func:`style`.
     """
-    return Picture(figsize=(width, height), layout="constrained")
+    return Plot(figsize=(width, height), layout="constrained")
 
 
 def axes_across(fig: Figure) -> int:
@@ -167,9 +194,6 @@ def save_figure(fig: Figure, stem: Path, origin: str) -> list[Path]:
         fig: the figure.
         stem: the path without its ending.
         origin: the hashes of the runs that it shows.
-
-    Raises:
-        HydroservoError: a file cannot be written.
     """
     return [save_picture(fig, stem.with_name(stem.name + ending), origin) for ending in (".png", ".svg")]
 
@@ -184,9 +208,6 @@ def save_picture(fig: Figure, path: Path, origin: str) -> Path:
         fig: the figure.
         path: ends in .png, .svg or .pdf; or in .pgf, where there is a LaTeX to measure its text.
         origin: the hashes of the runs that it shows.
-
-    Raises:
-        HydroservoError: the file cannot be written.
     """
     with style(), atomic_path(path) as temporary:
         if path.suffix.lower() == ".pgf":

@@ -9,8 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoError
+from hydroservo.runs.cautions.unrecorded import Unrecorded, unrecorded_command
 from hydroservo.runs.results import scenario_of
-from hydroservo.runs.unrecorded import Unrecorded, unrecorded_command
 
 Samples = NDArray[np.float64]
 CONTROLLED = "controlled.value"
@@ -34,11 +34,7 @@ class Trace(NamedTuple):
 
 
 def trace_of(dataset: xr.Dataset) -> Trace:
-    """The signals that plots show.
-
-    Raises:
-        HydroservoError: a signal was not recorded.
-    """
+    """The signals that plots show."""
     missing = [path for path in (CONTROLLED, "reference.value", "controller.u") if path not in dataset]
     if missing:
         raise HydroservoError(f"a plot needs {', '.join(missing)}, which this run did not record")

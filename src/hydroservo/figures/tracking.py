@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from hydroservo.figures.panels import WHOLE, Curve, Panel, Window, beyond, draw_panel, enlarged, panel_limits
-from hydroservo.figures.style import COLOURS, GREY, figure
+from hydroservo.figures.style import COLOURS, GREY, Plot, figure
 from hydroservo.figures.trace import Samples, Trace
 from hydroservo.formatting import quantity, readable_unit
 
@@ -33,7 +32,7 @@ class TracedRun(NamedTuple):
         return Curve(self.label, self.trace.time, values, self.colour, self.width)
 
 
-def tracking_figure(runs: Sequence[TracedRun], spare: int = 0) -> Figure:
+def tracking_figure(runs: Sequence[TracedRun], spare: int = 0) -> Plot:
     """What is controlled, error and command of some runs, one below the other, above some empty panels.
 
     Where short peaks, or one run, press another flat, an enlarged panel follows. Call it inside

@@ -2,18 +2,19 @@
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
-from hydroservo.figures.ranges import axis_unit
-from hydroservo.figures.style import GREY, PALETTE, figure, style
+from hydroservo.figures.panels import axis_unit
+from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
 from hydroservo.formatting import number
-from hydroservo.runs.tried import Tried
-from hydroservo.runs.tuned import Tuned
+
+if TYPE_CHECKING:
+    from hydroservo.runs.tuned import Tried, Tuned
 
 ROW = 0.34  # inch, of a loop
 MARGIN = 1.6  # factor of the axis beyond the outermost dots
@@ -31,7 +32,7 @@ FEW = 8.0  # times the least number on an axis, up to which its ticks are evenly
 MANY = 1e3  # times, from which they are powers of ten
 
 
-def plot_tuned(found: Tuned) -> Figure:
+def plot_tuned(found: "Tuned") -> Plot:
     """The metric of each loop with its own values and with the best ones, a line each.
 
     A loop that diverged before stands at the right edge, with a triangle.
@@ -70,7 +71,7 @@ def draw_row(axis: Axes, row: int, before: float, after: float, edge: float) -> 
     axis.plot([after], [row], marker="o", color=PALETTE[0], label=labels[1], **dot)  # type: ignore[arg-type]
 
 
-def plot_front(found: Tuned) -> Figure:
+def plot_front(found: "Tuned") -> Plot:
     """The least error by the command's activity, of the candidates within the bounds.
 
     The own values, the first guess and the best values are marked, hollow where they are outside the bounds.
@@ -109,7 +110,7 @@ def plot_front(found: Tuned) -> Figure:
     return fig
 
 
-def is_shown(one: Tried) -> bool:
+def is_shown(one: "Tried") -> bool:
     """Whether a point has a place on logarithmic axes."""
     return 0.0 < one.error < math.inf and 0.0 < one.activity < math.inf
 

@@ -27,11 +27,7 @@ METADATA: dict[str, Any] = {"render_modes": []}
 
 
 def check_render_mode(render_mode: object) -> None:
-    """Refuse a render mode, for nothing is drawn.
-
-    Raises:
-        ParameterError: there is one.
-    """
+    """Refuse a render mode, for nothing is drawn."""
     if render_mode is not None:
         raise ParameterError("render_mode", render_mode, "must be None: nothing is drawn")
 

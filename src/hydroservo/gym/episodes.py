@@ -30,10 +30,6 @@ def scenario_of(
         changes: as of :func:`~hydroservo.load_scenario`.
         plugins: as there.
         signal: that it must control, such as "velocity".
-
-    Raises:
-        ScenarioError: there is no such scenario, or it is wrong.
-        ParameterError: it controls something else, or a loop comes with changes or plug-ins.
     """
     if isinstance(source, Loop):
         for name, value in (("changes", changes), ("plugins", plugins)):
@@ -61,10 +57,6 @@ def drawn_sets(scenario: Assembly, vary: Ranges | None, draws: int) -> Columns:
         vary: further ranges by path, or others in place of the uncertainty's, as of
             :func:`~hydroservo.scenario.sampling.draws`.
         draws: how many sets.
-
-    Raises:
-        ScenarioError: a path that cannot vary, or no range.
-        ParameterError: a number of sets out of its range.
     """
     own = checked_mapping("vary", {} if vary is None else vary, "paths to ranges")
     whole_number("draws", draws, 1, MOST_DRAWS)

@@ -83,9 +83,6 @@ def check_balance(logs: Sequence[Understood], loop: Loop | None, *, driven: bool
         logs: what was measured.
         loop: whose areas count, and whose load where no force at the rod was recorded; None for no loop.
         driven: whether a log is wrong if its command alone contradicts the rest.
-
-    Raises:
-        ScenarioError: one does.
     """
     areas = None if loop is None else areas_of(loop.plant)
     for log in logs:

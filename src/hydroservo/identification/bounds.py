@@ -28,9 +28,6 @@ def bounds_of(loop: Loop, given: Bounds) -> dict[str, tuple[float, float]]:
     Args:
         loop: of the machine.
         given: by signal, in SI units.
-
-    Raises:
-        ParameterError: something else is given, nothing limits the command, or both ends are not in order.
     """
     allowed = (COMMAND, *OUTPUTS)
     for name, (low, high) in given.items():

@@ -42,12 +42,17 @@ class Comparison(NamedTuple):
     criterion: float
     earns: bool
 
-    def __str__(self) -> str:
+    @property
+    def verdict(self) -> str:
+        """Whether the larger one earns its numbers, in words."""
         says = "earns" if self.earns else "does not earn"
         more = f"its {self.numbers} more numbers" if self.numbers > 1 else "its one more number"
+        return f"{self.larger} {says} {more} over {self.smaller}"
+
+    def __str__(self) -> str:
         way = "less" if self.criterion > 0.0 else "more"
         return (
-            f"{self.larger} {says} {more} over {self.smaller}: what is held out is missed by "
+            f"{self.verdict}: what is held out is missed by "
             f"{number(self.held_out_ratio)} times as much, and the information criterion is "
             f"{number(abs(self.criterion))} {way}, with {number(self.independent)} independent samples "
             f"(more than {STRONG:g} less, and no larger error, is asked)"
@@ -99,11 +104,7 @@ def compare(found: Identified, other: Identified) -> Comparison:
 
 
 def check(larger: Identified, smaller: Identified, numbers: int) -> None:
-    """Refuse what cannot be compared.
-
-    Raises:
-        ParameterError: the logs differ, the errors do, or both have as many numbers.
-    """
+    """Refuse what cannot be compared."""
     if [one.understood.log.name for one in larger.logs] != [one.understood.log.name for one in smaller.logs]:
         raise ParameterError("other", smaller.scenario, "must be fitted to the same logs")
     for one, other in zip(larger.logs, smaller.logs, strict=True):

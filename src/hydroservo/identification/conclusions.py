@@ -5,9 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from hydroservo.formatting import MINUS, quantity
+from hydroservo.identification.finding import UNFIT
 from hydroservo.identification.left_out import Effect
 from hydroservo.identification.problem import Problem, Unknown
-from hydroservo.identification.result import UNFIT, Estimate, LogFit
+from hydroservo.identification.result import Estimate, LogFit
 from hydroservo.identification.uncertainty import Uncertainty
 
 NOTHING = 12.0  # information, in units of a range, that is no more than the range itself says

@@ -14,14 +14,15 @@ from hydroservo.cosimulation import refuse_foreign
 from hydroservo.group import group, nested
 from hydroservo.identification.later import Later
 from hydroservo.identification.observer import Observer, corrector
-from hydroservo.identification.seen import Seen
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE
-from hydroservo.limits.playback import Playback
+from hydroservo.limits.command import Playback
 from hydroservo.loop import Loop
+from hydroservo.roles import at_samples
 from hydroservo.runs.columns import Columns, checked_columns, starts
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.run import ready, studied, wanted_of
+from hydroservo.signals import MachineOutputs
 from hydroservo.starts import AsBuilt, Steady
 from hydroservo.time_series import TimeSeries
 from hydroservo.validation import checked
@@ -157,9 +158,6 @@ def predicted(
 
     Returns:
         Shape (samples, signals, runs), the signals those of MachineOutputs; nan once a run is lost.
-
-    Raises:
-        ParameterError: a value is out of its range.
     """
     from hydroservo.engine.lane_traces import traced
     from hydroservo.engine.lanes import LANES
@@ -187,11 +185,7 @@ def predicted(
 def kernel_for(
     one: Experiment, columns: Mapping[str, NDArray[np.float64]]
 ) -> tuple["CompiledLanes", Columns]:
-    """The kernel of an experiment, and all that its runs do not share.
-
-    Raises:
-        ParameterError: a run's machine is not possible; see :func:`runs_of`.
-    """
+    """The kernel of an experiment, and all that its runs do not share."""
     from hydroservo.engine.lanes import CompiledLanes
 
     started, state = runs_of(one, columns), first_state(one.loop)
@@ -200,13 +194,31 @@ def kernel_for(
 
 
 def runs_of(one: Experiment, columns: Mapping[str, NDArray[np.float64]]) -> Columns:
-    """All columns by which the runs of an experiment differ, their starting states included.
-
-    Raises:
-        ParameterError: a value is out of its range, or nothing keeps a machine at rest where it starts.
-    """
+    """All columns by which the runs of an experiment differ, their starting states included."""
     own = dict(leaves(one.loop))
     size = next(iter(columns.values())).size
     every = {path: columns.get(path, np.full(size, own[path])) for path in one.varied} | dict(columns)
     given = checked_columns(one.loop, every)
     return given | starts(checked(one.given), given)
+
+
+class Nothing(NamedTuple):
+    """No metric."""
+
+
+@at_samples
+class Seen(NamedTuple):
+    """The machine's outputs at each sample, for whoever looks at them before the next.
+
+    Source: a definition.
+    Fails to be a metric of a run: it keeps nothing but the last sample.
+    """
+
+    def init(self) -> MachineOutputs:
+        return MachineOutputs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def step(self, m: MachineOutputs, loop: Block, s: Block, t: float, dt: float) -> MachineOutputs:
+        return loop.seen(s, loop.load.force(t))  # type: ignore[no-any-return]
+
+    def values(self, m: MachineOutputs) -> Nothing:
+        return Nothing()

@@ -11,8 +11,6 @@ from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.balance_check import check_balance
 from hydroservo.identification.conclusions import remarks_of
 from hydroservo.identification.experiment import LOAD
-from hydroservo.identification.fitted import Fitted
-from hydroservo.identification.held_out import held_out
 from hydroservo.identification.left_out import left_out
 from hydroservo.identification.log import Given, Log, log_mapping, read_logs
 from hydroservo.identification.misfit import misfit
@@ -25,8 +23,8 @@ from hydroservo.identification.problem import (
     lie_at_ends,
 )
 from hydroservo.identification.problem_setup import problem_of
-from hydroservo.identification.quality import log_fits
-from hydroservo.identification.result import Estimate, Identified
+from hydroservo.identification.quality import held_out, log_fits
+from hydroservo.identification.result import Estimate, Fitted, Identified
 from hydroservo.identification.search import Report, Solution, best_fit
 from hydroservo.identification.segments import Understood, understood
 from hydroservo.identification.signals import EXTERNAL_FORCE
@@ -187,21 +185,12 @@ def solved(problem: Problem, seed: int, horizon: float | None, report: Report) -
 
 
 def delays_in(ranges: Mapping[str, Entry]) -> Ends:
-    """Between which the delay of each log is sought [s]; None where nothing says so.
-
-    Raises:
-        ScenarioError: that is no range of a time.
-    """
+    """Between which the delay of each log is sought [s]; None where nothing says so."""
     return both_ends(ranges[DELAY], LATE, None) if DELAY in ranges else None
 
 
 def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
-    """What is sought.
-
-    Raises:
-        ParameterError: nothing is.
-        ScenarioError: one is no number of the machine, or has no range.
-    """
+    """What is sought."""
     if not ranges:
         problem = (
             "must name a number of the machine that is sought (--vary), or the scenario have [identify.vary]"
@@ -218,12 +207,7 @@ def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
 
 
 def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
-    """The logs.
-
-    Raises:
-        ParameterError: there is none.
-        ScenarioError: one is not what it must be.
-    """
+    """The logs."""
     with commands_in(assembly.loop.command):
         every = read_logs(logs, log_mapping(assembly.log_columns))
     period = assembly.loop.simulation.period
@@ -236,11 +220,7 @@ def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
 
 
 def check_loads(taken: Sequence[Understood], varied: Sequence[Variation]) -> None:
-    """Refuse to seek a load in logs of which each recorded the force in its place.
-
-    Raises:
-        ScenarioError: it is sought there.
-    """
+    """Refuse to seek a load in logs of which each recorded the force in its place."""
     if forces_recorded(taken):
         for one in varied:
             if one.path.startswith(LOAD):

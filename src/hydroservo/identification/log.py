@@ -58,10 +58,6 @@ def read_logs(
         logs: paths, or mappings of signals.
         mapping: as :func:`read_log` takes it.
         needed: signals without which a log is none.
-
-    Raises:
-        ParameterError: there is none.
-        ScenarioError: one is not what it must be.
     """
     if not logs:
         raise ParameterError("logs", "[]", "must be at least one")
@@ -87,10 +83,6 @@ def read_log(
             time between samples, such as "10 ms".
         needed: signals without which the log is none.
         sought: the signals that are looked for.
-
-    Raises:
-        ParameterError: the mapping is not that.
-        ScenarioError: in one line, the file, the place and what is wrong there.
     """
     file = checked_path("logs", path)
     name = str(file)
@@ -129,11 +121,7 @@ def column_text(column: Column) -> str:
 
 
 def sources_in(mapping: Mapping[str, Any]) -> tuple[dict[str, ColumnSource], float | None]:
-    """The columns of signals that a mapping names, and the time between samples [s], None where it says none.
-
-    Raises:
-        ParameterError: it says something else.
-    """
+    """The columns that a mapping names, and the time between samples [s]; None where it says none."""
     sources, period = {}, None
     for signal, value in mapping.items():
         try:
@@ -166,11 +154,7 @@ def nothing_measured(headers: Sequence[Header], where: tuple[str, str]) -> Scena
 
 
 def log_mapping(columns: Mapping[str, Entry]) -> dict[str, Any]:
-    """The column of each signal that a scenario's ``[identify.columns]`` names.
-
-    Raises:
-        ScenarioError: a signal is none.
-    """
+    """The column of each signal that a scenario's ``[identify.columns]`` names."""
     for signal, entry in columns.items():
         if signal not in (*NAMES, PERIOD):
             raise entry.unknown(signal, (*NAMES, PERIOD))
@@ -184,10 +168,6 @@ def checked_log(given: Mapping[str, Any], name: str, needed: Sequence[str] = (TI
         given: ``time``, ``command`` and what was measured, each of shape (n,).
         name: of the log.
         needed: signals without which the log is none.
-
-    Raises:
-        ParameterError: they are not that.
-        ScenarioError: there are too few samples, or they tell nothing.
     """
     rows = {str(key): np.asarray(one, dtype=np.float64) for key, one in given.items()}
     for key, row in rows.items():
@@ -204,11 +184,7 @@ def checked_log(given: Mapping[str, Any], name: str, needed: Sequence[str] = (TI
 
 
 def checked(log: Log) -> Log:
-    """A log long enough to tell anything.
-
-    Raises:
-        ScenarioError: it is not, or has numbers whose squares would be too large.
-    """
+    """A log long enough to tell anything."""
     for name, row in {TIME: log.time, **log.signals}.items():
         if np.nanmax(np.abs(row), initial=0.0) > LARGEST_NUMBER:
             problem = f"has a number beyond {LARGEST_NUMBER:g} {SIGNALS[name].unit}; check its unit"

@@ -58,10 +58,6 @@ def best_prediction(
 
     Returns:
         The problem of predictions, and its solution.
-
-    Raises:
-        ParameterError: the horizon is shorter than two samples.
-        HydroservoError: a run is lost.
     """
     best = simulated
     for number in range(DESIGNS):
@@ -92,10 +88,6 @@ def predicting(problem: Problem, x: Matrix, horizon: float, weights: Weights | N
         x: the point at which observers are designed.
         horizon: the time in which a prediction forgets what was measured before [s].
         weights: of each signal; None takes its noise.
-
-    Raises:
-        ParameterError: the horizon is shorter than two samples.
-        HydroservoError: the machine is lost at the point.
 
     Source: Ljung, System Identification, 1999, secs. 3.2 and 4.3 (predictions with an observer's gain).
     Fails to be free of the bias that noise makes, for what is predicted depends on noise too; and follows an
@@ -131,11 +123,7 @@ def observed(problem: Problem, number: int, x: Matrix, weights: Weights, horizon
 
 
 def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: float) -> Linear:
-    """The mean of the machine's slopes over a log, by differences in lanes beside each other.
-
-    Raises:
-        HydroservoError: the machine is lost, or has more states than there are lanes.
-    """
+    """The mean of the machine's slopes over a log, by differences in lanes beside each other."""
     from hydroservo.engine.lane_traces import traced
     from hydroservo.engine.lanes import LANES
 

@@ -26,9 +26,6 @@ def check_positions(logs: Iterable[Understood], stroke: float) -> None:
     Args:
         logs: as they are understood.
         stroke: the longest that the machine may have [m].
-
-    Raises:
-        ScenarioError: a log has such positions.
     """
     if not math.isfinite(stroke):
         return

@@ -128,9 +128,6 @@ def unknowns_of(
         spread: of each signal of each log.
         delays: least and largest delay of a log [s]; None for the default range.
         uncertain: shares of parameters that are not sought, by path.
-
-    Raises:
-        ParameterError: the delays that are sought are longer than a log.
     """
     shares = uncertain or {}
     kinds = {path: "uncertain" if path in shares else "parameter" for path in space.ranges}
@@ -160,11 +157,7 @@ def unknowns_of(
 
 
 def delays_of(segment: Segment, delays: Ends) -> tuple[float, float]:
-    """The samples between which the delay of a log is sought, by its longest segment.
-
-    Raises:
-        ParameterError: the least delay is longer than the segment.
-    """
+    """The samples between which the delay of a log is sought, by its longest segment."""
     if delays is None:
         return -EARLIEST, min(LONGEST_DELAY / segment.period, SHARE * segment.samples)
     least, most = (one / segment.period for one in delays)
@@ -192,10 +185,6 @@ def simulated(problem: Problem, x: Vector, slopes: bool = True) -> list[Simulate
         problem: what is sought.
         x: the point, in units of the search.
         slopes: False leaves these 0.
-
-    Raises:
-        ParameterError: the point allows no machine that can start.
-        ScenarioError: what a constructor takes does not go together there.
     """
     return [one_simulated(problem, i, x, slopes) for i in range(len(problem.experiments))]
 
@@ -309,10 +298,6 @@ def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
 
     Returns:
         Shape (samples, signals, runs), the signals those of MachineOutputs.
-
-    Raises:
-        ParameterError: a point allows no machine that can start.
-        ScenarioError: what a constructor takes does not go together there.
     """
     one, count = problem.experiments[segment], len(problem.space.ranges)
     offsets = {

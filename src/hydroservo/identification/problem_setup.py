@@ -6,14 +6,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import value_at
+from hydroservo.block import leaves, value_at
 from hydroservo.errors import ScenarioError
-from hydroservo.identification.experiment import Experiment, experiment, played_path
+from hydroservo.identification.experiment import GIVEN, Experiment, experiment, kernel_for, played_path
+from hydroservo.identification.observer import rows_of
 from hydroservo.identification.problem import Ends, Problem, Values, unknowns_of, usual_values
 from hydroservo.identification.segments import Segment, Understood
+from hydroservo.identification.spikes import noise_of
 from hydroservo.identification.steps import first_steps
 from hydroservo.identification.uncertain import Uncertain
-from hydroservo.identification.unseen import begins_in_motion, with_unseen
 from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.space import Space
 from hydroservo.scenario.datasheets import columns_of
@@ -21,6 +22,9 @@ from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.sampling import Variation, parameters_of
 
 TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ
+
+FIRST = 12  # samples that show whether something moves
+CLEAR = 3.0  # deviations of noise, from which a change is one
 
 
 def problem_of(
@@ -109,3 +113,45 @@ def spreads(segments: Sequence[Segment]) -> dict[tuple[int, str], float]:
         for name, values in one.measured.items():
             rows.setdefault((one.log, name), []).append(values)
     return {key: float(np.nanstd(np.concatenate(parts))) for key, parts in rows.items()}
+
+
+def begins_in_motion(segments: Sequence[Segment], number: int) -> bool:
+    """Whether a segment goes on after a gap, or its first samples show a velocity or a slope above noise."""
+    own = segments[number]
+    if any(one.log == own.log for one in segments[:number]):
+        return True
+    for name, values in own.measured.items():
+        places = np.flatnonzero(np.isfinite(values))[:FIRST]
+        if places.size < FIRST:
+            continue
+        slope, level = np.polyfit(places, values[places], 1)
+        change = level if name == "velocity" else slope * places[-1]
+        if abs(change) > CLEAR * noise_of(values):
+            return True
+    return False
+
+
+def with_unseen(one: Experiment) -> Experiment:
+    """The experiment with the states that its log does not show, and how far the machine moves them.
+
+    A log that begins in motion, or goes on after a gap, begins with some velocity and some opening of its
+    valve. States that stay where they are, or a machine that is lost, leave nothing to seek.
+    """
+    from hydroservo.engine.lane_traces import traced
+
+    own = dict(leaves(one.loop))
+    columns = {path: np.array([own[path]]) for path in one.varied if path in own}
+    kernel, started = kernel_for(one, columns)
+    paths = [path for path in one.varied if path.startswith(GIVEN) and path not in one.start]
+    rows = rows_of(kernel, [path.removeprefix(GIVEN) for path in paths])
+    states: list[NDArray[np.float64]] = []
+    traced(
+        kernel,
+        started,
+        one.segment.samples,
+        one.segment.period,
+        lambda _, memory: states.append(memory[rows, 0].copy()),
+    )
+    sizes = np.std(states, axis=0)
+    moved = zip(paths, sizes, strict=True) if np.isfinite(sizes).all() else ()
+    return one._replace(unseen={path: (own[path], float(size)) for path, size in moved if size > 0.0})

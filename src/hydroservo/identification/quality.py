@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block, leaves
 from hydroservo.formatting import MINUS, quantity
-from hydroservo.identification.held_out import HeldOut, rms
 from hydroservo.identification.misfit import Misfit, misfit
 from hydroservo.identification.problem import Problem, simulated
 from hydroservo.identification.result import LogFit, SignalFit
-from hydroservo.identification.search import Solution
+from hydroservo.identification.search import Solution, refined
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.signals import SIGNALS
 from hydroservo.identification.spikes import TO_DEVIATION, resolution_of
@@ -22,13 +21,56 @@ from hydroservo.identification.whiteness import autocorrelation, rounded_like, w
 if TYPE_CHECKING:
     import xarray as xr
 
+SHARE = 0.2  # of each segment, its end
+
 BEGUN = 0.05  # of each stretch, after which states that were not measured do not matter any more
 WHITE = 1e-6  # probability, below which residuals are not white
 EXACT = 1e-8  # share of a signal's variance, below which what is left may be of the integration
 LITTLE = 0.5  # share of a signal's variance, below which the model is of something else
 ABOVE = 1.25  # times the noise that a sensor has, from which more than noise is left
-
 Samples = NDArray[np.float64]
+
+
+class HeldOut(NamedTuple):
+    """Root mean squares of weighted residuals.
+
+    Attributes:
+        inside: over what was fitted.
+        outside: over what was held out.
+    """
+
+    inside: float
+    outside: float
+
+
+def held_out(problem: Problem, best: Solution) -> dict[tuple[int, str], HeldOut]:
+    """Fit the first four fifths of each segment, and simulate the last: the residuals of both.
+
+    Args:
+        problem: what was sought.
+        best: the fit to all of it, from which this one starts.
+
+    Returns:
+        By log and signal, in the signal's unit.
+    """
+    counted = {}
+    for i, one in enumerate(problem.experiments):
+        samples = one.segment.samples
+        counted[i] = np.arange(samples) < (1.0 - SHARE) * samples
+    part = refined(problem, best.x, best.weights, counted=counted)
+    shown = misfit(problem, part.x, best.weights, slopes=False)
+    rows: dict[tuple[int, str], list[list[np.ndarray]]] = {}
+    for (i, name), place in shown.rows.items():
+        key = problem.experiments[i].segment.log, name
+        for inside, of in ((True, 0), (False, 1)):
+            own = shown.there[place] & (counted[i] == inside)
+            rows.setdefault(key, [[], []])[of].append(shown.residuals[place][own] / best.weights[key])
+    return {key: HeldOut(*(rms(np.concatenate(parts)) for parts in both)) for key, both in rows.items()}
+
+
+def rms(values: np.ndarray) -> float:
+    """Root of the mean square; nan of nothing."""
+    return float(np.sqrt(np.mean(values**2))) if values.size else float("nan")
 
 
 class Residuals(NamedTuple):

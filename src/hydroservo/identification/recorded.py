@@ -52,10 +52,6 @@ def with_logs(
         logs: files, as :func:`~hydroservo.identification.log.read_log` reads them.
         columns: which column of a log holds which signal, such as ``{"reference": "w_soll [mm/s]"}``.
 
-    Raises:
-        ScenarioError: a log cannot be read, is too short, lacks what is controlled, or nothing excites it.
-        ParameterError: there is none.
-
     Source: Welch, IEEE Trans. Audio and Electroacoustics 15(2), 1967 (the method); Ljung, System
     Identification, 1999, sec. 6.4 and 13.5 (spectral estimates, also in a closed loop).
     Fails to tell the machine's response from the inverse of its law's where, in a closed loop, noise moves
@@ -119,9 +115,6 @@ def unbroken(loop: Loop, segment: Segment, name: str) -> Iterator[dict[str, Samp
     """The stretches of a segment in which what is controlled was measured, with what drove it.
 
     Up to five samples that lack in a row are joined by a straight line.
-
-    Raises:
-        ScenarioError: what is controlled was not measured.
     """
     nothing = np.full(segment.samples, np.nan)
     seen: Any = [segment.measured.get(signal, nothing) for signal in OUTPUTS]

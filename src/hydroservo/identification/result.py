@@ -1,24 +1,65 @@
 """What an identification found."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.formatting import MINUS, NONE, column, number, quantity
-from hydroservo.html_tables import Strong, html_heading, html_remarks, html_table
-from hydroservo.identification.fitted import Fitted
+from hydroservo._version import __version__
+from hydroservo.errors import one_line
+from hydroservo.formatting import MINUS, quantity
+from hydroservo.identification.finding import identified_finding
 from hydroservo.identification.left_out import Effect
-from hydroservo.identification.on_base import on_base
+from hydroservo.identification.problem import Problem
+from hydroservo.identification.search import Solution
 from hydroservo.identification.segments import Understood
+from hydroservo.identification.uncertainty import Uncertainty
 from hydroservo.loop import Loop
+from hydroservo.scenario.catalogue import builtin_texts
+from hydroservo.scenario.load import Assembly
+from hydroservo.show.html import html_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-UNFIT = "THE MODEL DOES NOT FIT the logs, so they tell none of its numbers."
+
+def on_base(
+    scenario: str, tables: Mapping[str, Any], folder: Path | str, command: str, remarks: Sequence[str] = ()
+) -> str:
+    """TOML that lays what was found over a scenario.
+
+    Args:
+        scenario: what it builds on, a built-in name or a path.
+        tables: what was found.
+        folder: where its file will stand, from which a scenario in a file is found again.
+        command: that found it.
+        remarks: what a reader of it should know, in a line each.
+    """
+    import tomli_w
+
+    base = scenario if scenario in builtin_texts() else os.path.relpath(scenario, folder)
+    origin = one_line(f"# Found by hydroservo {__version__} {command}; SI units.")
+    lines = [origin, *(one_line(f"# {one}") for one in remarks)]
+    return "\n".join(lines) + f"\n{tomli_w.dumps({'base': base, **tables})}"
+
+
+class Fitted(NamedTuple):
+    """What was fitted to what.
+
+    Attributes:
+        assembly: the scenario.
+        problem: parameters and logs.
+        best: where the search ended.
+        sure: how sure that is.
+    """
+
+    assembly: Assembly
+    problem: Problem
+    best: Solution
+    sure: Uncertainty
 
 
 class Estimate(NamedTuple):
@@ -144,26 +185,4 @@ class Identified(NamedTuple):
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
-        heads = ("parameter", "value", "95 % interval", "the logs", "meaning")
-        rows = [parameter_row(path, one, fits=self.fits) for path, one in self.parameters.items()]
-        logs = [row for fit in self.logs for row in signal_rows(fit)]
-        return (
-            html_heading(self.scenario, "with what its logs tell")
-            + html_table(heads, rows)
-            + html_table(("log", "signal", "left, rms", "held out", "explained"), logs)
-            + html_remarks(self.remarks)
-        )
-
-
-def parameter_row(path: str, one: Estimate, *, fits: bool) -> tuple[str, ...]:
-    """A number with its interval, which it has where the model fits, in one unit."""
-    unit, (low, value, high) = column([one.low, one.value, one.high], one.unit)
-    told = "tell it" if one.identifiable else Strong("do not tell it")
-    return path, Strong(f"{value} {unit}".strip()), f"{low} to {high}" if fits else NONE, told, one.meaning
-
-
-def signal_rows(fit: LogFit) -> Iterator[tuple[str, ...]]:
-    """How each signal of a log is met."""
-    for name, one in fit.signals.items():
-        left, apart = (quantity(rms, one.unit) for rms in (one.rms, one.held_out))
-        yield fit.understood.log.name, name, left, apart, f"{number(100.0 * one.explained)} %"
+        return html_of(identified_finding(self))

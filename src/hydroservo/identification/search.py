@@ -1,14 +1,13 @@
 """Least squares of weighted residuals from several starts, with weights that the residuals give."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoError
-from hydroservo.identification.lag import lag, left
 from hydroservo.identification.misfit import Misfit, Weights, misfit, residuals_by_signal
 from hydroservo.identification.problem import PLACES, Problem, adapt_steps, are_possible, delay_of, runs_at
 from hydroservo.identification.spikes import TO_DEVIATION, noise_of
@@ -30,6 +29,8 @@ LEAST_ERROR = 1e-3  # of a signal's spread, which the first fit does not try to 
 
 Vector = NDArray[np.float64]
 Report = Callable[[float], None]
+
+Samples = NDArray[np.float64]
 
 
 class Solution(NamedTuple):
@@ -67,9 +68,6 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
 
     Returns:
         The problem with its last steps, and its solution.
-
-    Raises:
-        HydroservoError: no start gives a run that is not lost.
 
     Source: Huber, Robust Statistics, 1981, ch. 7 (residuals that count linearly); Branch, Coleman, Li, SIAM
     J. Scientific Computing 21, 1999, as scipy.optimize.least_squares has it (bounds).
@@ -163,9 +161,6 @@ def refined(
         counted: which samples count, by segment.
         tolerance: relative change of what is left, at which the search ends.
         most: evaluations, after which it ends in any case.
-
-    Raises:
-        HydroservoError: the start gives no run that is not lost.
     """
     from scipy.optimize import least_squares
 
@@ -263,3 +258,53 @@ def weights_at(problem: Problem, found: Misfit, weights: Weights) -> Weights:
         deviation = TO_DEVIATION * float(np.median(np.abs(np.concatenate(parts)))) / weights[key]
         renewed[key] = 1.0 / max(deviation, LEAST * problem.spread[key])
     return renewed
+
+
+def lag(
+    measured: Mapping[str, Samples],
+    shown: Mapping[str, Samples],
+    weights: Mapping[str, float],
+    least: int,
+    most: int,
+) -> int:
+    """The whole number of samples by which measured signals come after simulated ones: what leaves least.
+
+    Args:
+        measured: by name, shape (n,); nan where nothing was measured.
+        shown: those signals, and maybe others, as simulated.
+        weights: of each measured signal.
+        least: the smallest lag that is tried; less than 0 for measured signals that come first.
+        most: the largest one.
+    """
+    every = [weights[name] ** 2 * variances(one, shown[name], least, most) for name, one in measured.items()]
+    total = np.sum(every, axis=0)
+    return least + int(np.argmin(np.where(np.isfinite(total), total, np.inf)))
+
+
+def left(
+    measured: Mapping[str, Samples], shown: Mapping[str, Samples], weights: Mapping[str, float], shift: int
+) -> float:
+    """The weighted squares of the differences at a lag, a signal's mean difference left out; inf if lost.
+
+    A simulated signal is held before its first and after its last sample, as the search has it.
+    """
+    total = 0.0
+    for name, values in measured.items():
+        places = np.clip(np.arange(values.size) - shift, 0, values.size - 1)
+        apart = (values - shown[name][places])[np.isfinite(values)]
+        total += weights[name] ** 2 * float(np.var(apart))
+    return total if np.isfinite(total) else np.inf
+
+
+def variances(measured: Samples, shown: Samples, least: int, most: int) -> Samples:
+    """The variance of a difference at each lag, by Fourier transforms of the correlations in it."""
+    before, after = max(most, 0), max(-least, 0)
+    there = np.isfinite(measured).astype(np.float64)
+    own = np.where(there > 0.0, measured, 0.0) - there * np.nanmean(measured)
+    held = np.pad(shown - shown.mean(), (before, after), mode="edge")
+    spectra = np.conj(np.fft.rfft([there, own], held.size))
+    first, second = np.fft.rfft([held, held**2])
+    products = [first * spectra[0], second * spectra[0], first * spectra[1]]
+    sums, squares, products_of = np.fft.irfft(products, held.size)[:, before - np.arange(least, most + 1)]
+    count = there.sum()
+    return np.asarray(((own**2).sum() - 2.0 * products_of + squares) / count - (sums / count) ** 2)

@@ -82,9 +82,6 @@ def understood(log: Log, number: int = 0) -> Understood:
     Args:
         log: the log.
         number: of the log among others.
-
-    Raises:
-        ScenarioError: nothing measured changes, or no stretch is long enough.
     """
     remarks = [f"columns that are not used: {some_of(log.unused)}"] if log.unused else []
     gridded = on_one_clock(log)
@@ -144,11 +141,7 @@ def on_one_clock(log: Log) -> Log | None:
 
 
 def changing(log: Log, remarks: list[str]) -> Iterator[tuple[str, Samples]]:
-    """The signals that change, and the command in any case.
-
-    Raises:
-        ScenarioError: nothing measured does.
-    """
+    """The signals that change, and the command in any case."""
     known = {name: values[np.isfinite(values)] for name, values in log.signals.items()}
     constant = [name for name, values in known.items() if not values.size or not np.ptp(values)]
     if not set(log.signals) & set(OUTPUTS) - set(constant):

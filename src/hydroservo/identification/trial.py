@@ -10,11 +10,10 @@ from hydroservo.block import leaves
 from hydroservo.identification.bounds import Bounds, kept, room
 from hydroservo.identification.candidates import Candidate, rolled
 from hydroservo.identification.experiment import Experiment, experiment, predicted
-from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import predicting
 from hydroservo.identification.problem import are_possible, unknowns_of, usual_values
-from hydroservo.identification.result import Identified
+from hydroservo.identification.result import Fitted, Identified
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import COMMAND, OUTPUTS
 from hydroservo.runs.space import Space

@@ -45,9 +45,6 @@ def welch(parts: Sequence[tuple[Samples, Samples]], period: float, name: str) ->
         period: of the samples [s].
         name: of the log, for what is said.
 
-    Raises:
-        ScenarioError: they are too short, or what is measured does not move.
-
     Source: Welch, IEEE Trans. Audio and Electroacoustics 15(2), 1967; Bendat, Piersol, Random Data, 2010,
     sec. 6.1 and 9.2 (the variance).
     Fails at resonances narrower than two lines of a window, which look flatter than they are; and where the
@@ -77,11 +74,7 @@ def welch(parts: Sequence[tuple[Samples, Samples]], period: float, name: str) ->
 
 
 def window_for(lengths: Sequence[int], name: str) -> int:
-    """The longest even number of samples of which sixteen windows lie within the parts.
-
-    Raises:
-        ScenarioError: there is none of at least 64.
-    """
+    """The longest even number of samples of which sixteen windows lie within the parts."""
     total = sum(lengths)
     for size in range(2 * total // (WINDOWS + 1) // 2 * 2, SHORTEST - 1, -2):
         if sum(windows_in(one, size) for one in lengths) >= WINDOWS:

@@ -35,9 +35,6 @@ def tables_with(
         changes: what was changed in it.
         plugins: files with its blocks.
         found: by path.
-
-    Raises:
-        HydroservoError: the scenario written is not the machine found.
     """
     before = assembled(source, changes, plugins)
     values = {path: one.value for path, one in found.items()}
@@ -98,11 +95,7 @@ def uncertainties(found: Mapping[str, Estimate], own: Changes) -> dict[str, floa
 
 
 def check(written: Assembly, before: Assembly, values: Mapping[str, float]) -> None:
-    """Refuse to write what is not the machine found.
-
-    Raises:
-        HydroservoError: it is not.
-    """
+    """Refuse to write what is not the machine found."""
     told = dict(leaves(Machine(*(getattr(written.loop, name) for name in Machine._fields))))
     old = dict(leaves(Machine(*(getattr(before.loop, name) for name in Machine._fields))))
     for path, value in values.items():

@@ -122,11 +122,7 @@ def to_scenario(law: StateSpace, base: str) -> str:
 
 
 def checked_system(system: Any, period: float) -> Any:
-    """A law in state space that a loop with this sample period can run.
-
-    Raises:
-        ParameterError: it is not one.
-    """
+    """A law in state space that a loop with this sample period can run."""
     control = library()
     if isinstance(system, control.TransferFunction):
         system = control.ss(system)

@@ -18,11 +18,7 @@ Vector = NDArray[np.float64]
 
 
 def library() -> Any:
-    """python-control.
-
-    Raises:
-        HydroservoError: it is not installed.
-    """
+    """python-control."""
     try:
         import control
     except ImportError:

@@ -2,11 +2,16 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import Field
 from hydroservo.controllers import DAC, Delay, RateLimit
 from hydroservo.errors import ParameterError
 from hydroservo.loop import Loop
+from hydroservo.signals import Demand, Measurement
 
 
 class CommandLimits(NamedTuple):
@@ -36,9 +41,6 @@ def command_limits(loop: Loop) -> CommandLimits:
     Converter, rate limit and delay are the wrappers that lie outside of the law. A law's own limit is its
     ``saturation``; where that has none, the valve's travel is one, beyond which a command does nothing. The
     steps of a converter are left out: so the limits allow more than the loop does.
-
-    Raises:
-        ParameterError: nothing limits the command.
     """
     law, limit, rate, late = loop.controller, math.inf, math.inf, 0
     while isinstance(law, DAC | RateLimit | Delay):
@@ -59,3 +61,27 @@ def loosest(limits: Sequence[CommandLimits]) -> CommandLimits:
     """What limits the commands of all of some laws at one sample rate: none of them can give others."""
     size, rate = max(one.limit for one in limits), max(one.rate for one in limits)
     return CommandLimits(size, rate, min(one.late for one in limits), limits[0].period)
+
+
+class PlaybackState(NamedTuple):
+    """The last command, and the number of the next one."""
+
+    u: Annotated[float, Field("V", "command")]
+    sample: Annotated[float, Field("", "samples so far")]
+
+
+class Playback(NamedTuple):
+    """u_k as it was recorded.
+
+    Source: a definition.
+    Fails to keep a machine anywhere that is not the one for which the commands were found.
+    """
+
+    commands: Annotated[NDArray[np.float64], Field("V", "command at each sample, shape (samples,)")]
+    first: Annotated[float, Field("V", "command before the first sample")] = 0.0
+
+    def init(self) -> PlaybackState:
+        return PlaybackState(self.first, 0.0)
+
+    def step(self, s: PlaybackState, y: Measurement, r: Demand, dt: float) -> PlaybackState:
+        return PlaybackState(float(self.commands[int(s.sample)]), s.sample + 1.0)

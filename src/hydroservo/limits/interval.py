@@ -62,9 +62,6 @@ def interval(loop: Loop, scales: Scales, remembers: bool) -> Interval:
         loop: the loop, ready to run, its substeps a number.
         scales: what its numbers are measured by.
         remembers: whether the command of the sample before is to be part of the state.
-
-    Raises:
-        ParameterError: a block of the machine cannot be written with symbols.
     """
     import casadi as ca
 
@@ -103,11 +100,7 @@ def shares(loop: Loop) -> list[float]:
 
 
 def machine_functions(loop: Loop) -> tuple[Any, Any]:
-    """The machine's rates and the controlled signal, as CasADi's functions of state, command and force.
-
-    Raises:
-        ParameterError: a block cannot be written with symbols, or what is written gives other rates.
-    """
+    """The machine's rates and the controlled signal, as CasADi's functions of state, command and force."""
     import casadi as ca
 
     like = loop.machine(loop.init())
@@ -136,11 +129,7 @@ def untranslated(error: Exception) -> ParameterError:
 
 
 def check_rates(loop: Loop, like: Block, rates: Any) -> None:
-    """Refuse expressions that do not compute what the machine's text does, near its start.
-
-    Raises:
-        ParameterError: they do not.
-    """
+    """Refuse expressions that do not compute what the machine's text does, near its start."""
     first, size = np.array(values(like)), np.array([one for _, one in sized(like)])
     trials = [(first + share * size, command) for share in (0.0, NEAR, -NEAR) for command in (1.0, -1.0)]
     ours = np.array([values(loop.rates(filled(like, iter(x.tolist())), u, 0.0)) for x, u in trials])

@@ -5,10 +5,9 @@ import os
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.block import replace
-from hydroservo.formatting import measured, number
-from hydroservo.html_tables import Strong, html_table
 from hydroservo.limits.beginning import of_run
 from hydroservo.limits.command import command_limits
+from hydroservo.limits.finding import limits_finding
 from hydroservo.limits.search import (
     best_commands,
     check_installed,
@@ -19,6 +18,7 @@ from hydroservo.limits.search import (
 from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.run import Progress
+from hydroservo.show.html import html_of
 from hydroservo.work.notebook_bar import shows_progress
 
 if TYPE_CHECKING:
@@ -42,12 +42,7 @@ class Limits(NamedTuple):
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
-        times = {name: f"{number(one)} times" for name, one in self.multiples().items()}
-        rows = [
-            (name, Strong(measured(data, "rms_error")), times.get(name, ""))
-            for name, data in self._asdict().items()
-        ]
-        return html_table(("command of", "rms error", "the law leaves"), rows)
+        return html_of(limits_finding(self))
 
     def multiples(self) -> dict[str, float]:
         """How many times the rms error of each limit the law leaves; inf over a limit of 0."""

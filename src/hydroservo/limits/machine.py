@@ -6,9 +6,8 @@ import numpy as np
 
 from hydroservo.block import replace
 from hydroservo.limits.beginning import at_rest
-from hydroservo.limits.command import CommandLimits
+from hydroservo.limits.command import CommandLimits, Playback
 from hydroservo.limits.interval import machine_functions
-from hydroservo.limits.playback import Playback
 from hydroservo.limits.search import (
     best_commands,
     check_installed,
@@ -41,13 +40,7 @@ def lawless(loop: Loop) -> Loop:
 
 
 def check_limited(loop: Loop) -> None:
-    """Refuse what has no limits before anything is computed.
-
-    Raises:
-        HydroservoError: CasADi is not installed.
-        ParameterError: the loop controls nothing or has too many samples, its integrator is another than
-            RK4, or a block of its machine cannot be written with symbols.
-    """
+    """Refuse what has no limits before anything is computed."""
     check_installed()
     loop = prepared(loop)
     checked_samples(loop)
@@ -63,9 +56,6 @@ def machine_limits(loop: Loop, limits: CommandLimits) -> MachineLimits:
     Args:
         loop: without a law, its substeps a number.
         limits: of its command.
-
-    Raises:
-        ParameterError, HydroservoError: as of :func:`check_limited`; or the solver was lost.
     """
     check_installed()
     loop = prepared(loop)

@@ -67,9 +67,6 @@ def optimum(one: Interval, limits: CommandLimits, known: Matrix, guess: Course, 
         guess: where the search begins; the machine begins in its first state.
         threads: on which the samples are computed.
 
-    Raises:
-        HydroservoError: the solver was lost.
-
     Source: Bock and Plitt, IFAC World Congress, 1984 (multiple shooting); Wachter and Biegler, Mathematical
     Programming 106, 2006 (IPOPT); Andersson et al., Mathematical Programming Computation 11, 2019 (CasADi).
     Fails to tell a local optimum from the least one of all.

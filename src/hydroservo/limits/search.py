@@ -1,6 +1,8 @@
 """The search for the best commands of a loop, and the runs that they make."""
 
 import math
+from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -10,11 +12,9 @@ from hydroservo.controlled import Command
 from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.limits.beginning import COMMAND, DEMAND, Beginning, remembers
-from hydroservo.limits.causal import causal_course, surprises
-from hydroservo.limits.command import CommandLimits
-from hydroservo.limits.foreknown import Foreknown, foreknown
+from hydroservo.limits.command import CommandLimits, Playback
+from hydroservo.limits.foreknown import Foreknown, expected, foreknown, jumps
 from hydroservo.limits.interval import Interval, interval
-from hydroservo.limits.playback import Playback
 from hydroservo.limits.problem import Course, Optimum, optimum
 from hydroservo.loop import Loop
 from hydroservo.monitors import TrackingError
@@ -28,6 +28,10 @@ SIGNAL = "controlled.value"
 MOST_UNKNOWNS = 10**6  # states and commands, of some kilobytes each
 CAUSAL = 0.5  # of the work, that is done after it
 APART = 1e-3  # of the size of errors, by which a command that is played back may miss what its search says
+
+TAIL = 0.1  # of a stretch between jumps: how much longer it is expected to last
+LEAST_TAIL = 20  # samples
+Solved = Callable[[int], None]  # called with the samples that are done
 
 
 class Best(NamedTuple):
@@ -48,10 +52,6 @@ def best_commands(
         begin: with what the search begins.
         report: called now and then with the fraction done.
         threads: on which samples are computed; no bit depends on it.
-
-    Raises:
-        ParameterError: a block of the machine cannot be written with symbols.
-        HydroservoError: the solver was lost.
     """
     samples = checked_samples(loop)
     one = interval(loop, begin.scales, remembers(loop, limits))
@@ -115,11 +115,7 @@ def compared(data: "xr.Dataset", sought: float, size: float) -> "xr.Dataset":
 
 
 def check_installed() -> None:
-    """Say how to install CasADi where it is missing.
-
-    Raises:
-        HydroservoError: it is missing.
-    """
+    """Say how to install CasADi where it is missing."""
     try:
         import casadi  # noqa: F401
     except ImportError:
@@ -127,11 +123,7 @@ def check_installed() -> None:
 
 
 def prepared(loop: Loop) -> Loop:
-    """A loop that is ready to run, and recorded at each sample.
-
-    Raises:
-        ParameterError: there is no limit of such a loop.
-    """
+    """A loop that is ready to run, and recorded at each sample."""
     if isinstance(loop.controls, Command):
         raise ParameterError(
             "controls", "Command", "is not a signal of the machine: an open loop has no limit"
@@ -146,11 +138,7 @@ def prepared(loop: Loop) -> Loop:
 
 
 def checked_samples(loop: Loop) -> int:
-    """How many commands are sought.
-
-    Raises:
-        ParameterError: more than fit into a search.
-    """
+    """How many commands are sought."""
     begin = loop.init()
     samples = plan_of(loop, begin, ()).samples - 1
     most = MOST_UNKNOWNS // (len(values(loop.machine(begin))) + 1)
@@ -165,3 +153,44 @@ def run_of(loop: Loop) -> "xr.Dataset":
     paths = [path for path, _ in leaves(loop.machine(loop.init()))]
     record = [*paths, COMMAND, SIGNAL, DEMAND]
     return simulate(loop, record=list(dict.fromkeys(record)), metrics=[TrackingError()])
+
+
+def surprises(known: Foreknown, limits: CommandLimits, samples: int) -> list[int]:
+    """The samples whose commands are the first to tell of a jump, 0 and the end among them."""
+    steps = np.unique(np.concatenate(jumps(known)))
+    found = {math.ceil(int(step) / known.substeps) + limits.late for step in steps}
+    return sorted({0, *(k for k in found if k < samples), samples})
+
+
+def causal_course(
+    one: Interval, limits: CommandLimits, known: Foreknown, guess: Course, threads: int, done: Solved
+) -> Iterator[Optimum]:
+    """The commands of a controller that knows all but the jumps to come, a stretch between two at a time.
+
+    From the state in which a jump finds the machine, the commands are those that would leave the least
+    squared error if the demand went on at its rate, and the load stayed, for a tenth longer than they do.
+
+    Args:
+        one: a sample period of the machine.
+        limits: of the command.
+        known: the demand and the load as they will be.
+        guess: a course of the whole run, where searches begin.
+        threads: on which samples are computed.
+        done: told how many samples are done.
+
+    Yields:
+        The optimum of each stretch, cut where the next jump is known.
+    """
+    samples = guess.commands.size
+    state = guess.states[:, 0]
+    for first, last in pairwise(surprises(known, limits, samples)):
+        tail = max(math.ceil(TAIL * (last - first)), LEAST_TAIL)
+        end = min(last + tail, samples)
+        told = max(first - limits.late, 0) * known.substeps
+        begin = guess.part(first, end)
+        begin = begin._replace(states=np.column_stack([state, begin.states[:, 1:]]))
+        seen = expected(known, told + 1)
+        found = optimum(one, limits, seen.table(first, end), begin, threads)
+        state = found.course.states[:, last - first].copy()
+        done(last)
+        yield found._replace(course=found.course.part(0, last - first))

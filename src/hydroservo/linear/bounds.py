@@ -25,7 +25,6 @@ Columns = Mapping[str, Numbers]
 UNSTABLE = 5.0  # violation of an unstable loop, to which the logarithm of its growth is added
 LINEAR = 20.0  # added to a violation of linear margins, so that it outweighs any oscillation
 WILDEST = 10.0  # the most that an oscillation or its growth counts, as of a run that diverges
-DEGREES = READ["phase_margin"][1]
 FINE = 0.25  # dB from gain to gain, of a closer look
 
 
@@ -135,7 +134,7 @@ class LoopGuard:
             return
         for label, least, unit, side in (
             ("gain_margin", self.bounds.gain_margin, "dB", "below"),
-            ("phase_margin", self.bounds.phase_margin, DEGREES, "below"),
+            ("phase_margin", self.bounds.phase_margin, "rad", "below"),
             ("sensitivity_peak", self.bounds.max_sensitivity, "dB", "above"),
         ):
             sign = 1.0 if side == "below" else -1.0

@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
-from hydroservo.formatting import NONE, number, quantity
-from hydroservo.html_tables import html_heading, html_remarks, html_table
+from hydroservo.linear.linearization_finding import linearization_finding
 from hydroservo.linear.system import System, response
+from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
+from hydroservo.show.html import html_of
 from hydroservo.validation import number as checked_number
 
 Matrix = NDArray[np.float64]
@@ -53,29 +54,11 @@ class Linearization(NamedTuple):
     D: Annotated[Matrix, Field("", "shape (outputs, inputs)")]
     period: Annotated[float, Field("s", "of the samples; 0 in continuous time")]
     inexact: Annotated[tuple[Uncertain, ...], Field("", "derivatives that are from differences")] = ()
+    loop: Annotated[Loop | None, Field("", "that it is a unit of")] = None
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: poles, and the signals that the matrices are of."""
-        about = f"sampled every {quantity(self.period, 's')}" if self.period else "in continuous time"
-        each = zip(self.poles.tolist(), self.frequencies.tolist(), self.damping.tolist(), strict=True)
-        poles = [
-            (complex_number(pole), number(w / (2.0 * math.pi)), NONE if math.isnan(zeta) else number(zeta))
-            for pole, w, zeta in each
-            if pole.imag >= 0.0
-        ]
-        signals = {"states x": self.states, "inputs u": self.inputs, "outputs y": self.outputs}
-        rows = [
-            (f"{len(each)} {name}", ", ".join(f"{one.name} [{one.unit}]" for one in each))
-            for name, each in signals.items()
-        ]
-        doubtful = [f"not exact: {one.of} by {one.by}, to {number(one.error)}" for one in self.inexact]
-        heads = (f"poles {'z' if self.period else 's [1/s]'}", "natural frequency [Hz]", "damping")
-        return (
-            html_heading(f"linear model of the {self.unit}", about)
-            + html_table(heads, poles)
-            + html_table(("signals", ""), rows)
-            + html_remarks(doubtful)
-        )
+        """What a notebook shows."""
+        return html_of(linearization_finding(self))
 
     @property
     def poles(self) -> NDArray[np.complex128]:
@@ -131,11 +114,6 @@ class Linearization(NamedTuple):
         return System(self.A, self.B, self.C, self.D, self.period)
 
 
-def complex_number(value: complex) -> str:
-    """A pole as it is read, with its conjugate."""
-    return f"{number(value.real)} ± {number(value.imag)} j" if value.imag else number(value.real)
-
-
 def rates_of(poles: NDArray[np.complex128], period: float) -> NDArray[np.complex128]:
     """The poles as s [1/s]."""
     if not period:
@@ -146,11 +124,7 @@ def rates_of(poles: NDArray[np.complex128], period: float) -> NDArray[np.complex
 
 
 def place(what: str, name: str, there: Sequence[Quantity]) -> int:
-    """Where a signal is.
-
-    Raises:
-        ParameterError: it is not there; the message has the names that are.
-    """
+    """Where a signal is."""
     names = [one.name for one in there]
     if name not in names:
         raise ParameterError(what, name, one_of(str(name), names))
@@ -158,11 +132,7 @@ def place(what: str, name: str, there: Sequence[Quantity]) -> int:
 
 
 def checked_frequencies(frequencies: ArrayLike, period: float) -> Matrix:
-    """Frequencies [rad/s] at which a response is asked for.
-
-    Raises:
-        ParameterError: one is below 0, above Nyquist's, or no number.
-    """
+    """Frequencies [rad/s] at which a response is asked for."""
     highest = math.pi / period if period else math.inf
     try:
         w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))

@@ -6,18 +6,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import Block, field_at, leaves, signal_of, state_field_at, values
+from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
+from hydroservo.hooks import smoothed
 from hydroservo.linear.linearization import Linearization, Quantity, Uncertain
-from hydroservo.linear.operating_point import OperatingPoint, machine_point, operating_point
+from hydroservo.linear.operating_point import DigitalState, OperatingPoint, machine_point, operating_point
 from hydroservo.linear.parts import law_slopes, machine_slopes, parts_of
-from hydroservo.linear.run_point import run_point
 from hydroservo.linear.slopes import Slopes
 from hydroservo.linear.system import COMMAND, FORCE, System, closed, opened_system, reduced
-from hydroservo.loop import Loop, LoopState
+from hydroservo.loop import AUTO, Loop, LoopState
 from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_loop
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import ready, simulate
 from hydroservo.signals import Demand, MachineOutputs, Measurement
+from hydroservo.states import filled
 from hydroservo.validation import number
 
 COMMANDED = Quantity("command", "V")
@@ -62,17 +66,13 @@ def linearize(
     Fails to say anything of large motions, of limits, and of what happens between samples.
     """
     point = point_of(loop, unit, command, force, time)
-    return linearized(point, unit, sampled=sampled)
+    return linearized(point, unit, sampled=sampled)._replace(loop=loop)
 
 
 def point_of(
     loop: Loop, unit: str, command: float | None, force: float | None, time: float | None
 ) -> OperatingPoint:
-    """The point about which a unit is linearised, as :func:`linearize` has it.
-
-    Raises:
-        ParameterError: there is no such unit or point.
-    """
+    """The point about which a unit is linearised, as :func:`linearize` has it."""
     loop = checked_loop(loop)
     if unit not in UNITS:
         raise ParameterError("unit", unit, one_of(str(unit), UNITS))
@@ -186,11 +186,7 @@ def named(
     outputs: Sequence[Quantity],
     inexact: Sequence[Uncertain],
 ) -> Linearization:
-    """A unit with its names; outputs that the machine does not have are left out.
-
-    Raises:
-        ParameterError: a slope is no number.
-    """
+    """A unit with its names; outputs that the machine does not have are left out."""
     there = ((system.c != 0.0).any(axis=1) | (system.d != 0.0).any(axis=1)).tolist()
     system = system.part(list(range(len(inputs))), np.flatnonzero(there).tolist())
     left = tuple(one for one, moves in zip(outputs, there, strict=True) if moves)
@@ -247,3 +243,37 @@ def uncertain(found: Slopes, of: Sequence[Quantity], by: Sequence[Quantity]) -> 
         Uncertain(of[i].name, by[j].name, float(found.mean[i, j]), float(found.error[i, j]))
         for i, j in places.tolist()
     ]
+
+
+def run_point(loop: Loop, time: float) -> OperatingPoint:
+    """Where a loop is at the last sample up to an instant, before it measures there.
+
+    Args:
+        loop: the loop; it runs from its start.
+        time: the instant [s], from the third sample on.
+    """
+    refuse_foreign(loop, "linearise it")
+    begun = ready(loop)
+    h, duration = begun.simulation.period, begun.simulation.duration
+    number(time, "time", Field("s", "", at_least=2.0 * h, at_most=duration), float)
+    before = h * (round(time / h + 1e-9) - 1)
+    short = begun.simulation._replace(duration=before, record_period=before)
+    state = begun.init()
+    paths = [path for path, _ in leaves(state)]
+    data = quietly(simulate)(begun._replace(simulation=short), record=paths, metrics=[])
+    if data["diverged"]:
+        raise ParameterError("time", time, f"the run diverged at {float(data['diverged_at']):g} s")
+    last = filled(state, iter(float(data[path].values[-1]) for path in paths))
+    substeps = begun.simulation.substeps
+    substeps = int(data.attrs["substeps"]) if substeps == AUTO else substeps
+    held = begun.held(last)
+    machine = begun.simulation.integrator.advance(begun, before, begun.machine(last), held, h, substeps)
+    now = before + h
+    return OperatingPoint(
+        begun._replace(controller=smoothed(begun.controller), sensors=smoothed(begun.sensors)),
+        float(begun.hold.at(held, np.nextafter(now, before))),
+        machine,
+        DigitalState(last.sensors, last.controller, last.hold),
+        begun.reference.at(now),
+        begun.load.force(now),
+    )

@@ -7,15 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.field import Field, declared_fields
-from hydroservo.formatting import NONE
-from hydroservo.html_tables import Strong, html_heading, html_table
+from hydroservo.field import Field
 from hydroservo.linear.open_loop import OpenLoop, opened
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
-from hydroservo.linear.reading import READ, read_as
+from hydroservo.linear.reading import margins_finding
 from hydroservo.linear.response import crossings, grid, largest
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
+from hydroservo.show.html import html_of
 
 SLOWEST = 1e-6  # growth per sample that counts as none: a slow drift of what nothing holds
 LINEAR = 1e-2  # largest error
@@ -52,15 +51,7 @@ class Margins(NamedTuple):
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
-        if not self.stable:
-            return html_heading("unstable")
-        fields = declared_fields(Margins)
-        rows = [
-            (label, Strong(read_as(getattr(self, name), unit, NONE)), fields[name].meaning)
-            for name, (label, unit) in READ.items()
-            if name in fields
-        ]
-        return html_table(("margin", "value", "meaning"), rows)
+        return html_of(margins_finding(self))
 
 
 def margins(loop: Loop, *, command: float | None = None) -> Margins:
@@ -115,11 +106,7 @@ class Judged(NamedTuple):
 
 
 def margins_at(point: OperatingPoint) -> Judged:
-    """The margins of a loop about a point, whether it is linear there or not.
-
-    Raises:
-        ParameterError: no loop is closed there.
-    """
+    """The margins of a loop about a point, whether it is linear there or not."""
     variants = opened(point)
     others = {"plant": variants.of_machine, "controller": variants.of_digital}
     places = grid(variants.loop)

@@ -96,9 +96,6 @@ def measured(
         plan: the tones.
         also: paths of states that are heard too.
 
-    Raises:
-        ParameterError: the loop is lost, or leaves its stroke.
-
     Source: Pintelon and Schoukens, System Identification, 2012, ch. 3 and 4 (best linear approximation).
     Fails to tell even distortions of a realisation's own phases from noise.
     """

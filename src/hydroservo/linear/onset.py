@@ -41,9 +41,6 @@ def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: Progress
         The factor; 1 where the loop oscillates as it stands, infinite where it does not up to a factor of 10,
         nan where the runs are too short to tell.
 
-    Raises:
-        ParameterError: the loop cannot run.
-
     Source: chosen here.
     Fails to see what another demand or load would set off, as one at rest where the loop's own keeps it in
     motion, which damps it; and an onset between two of the factors.

@@ -63,11 +63,7 @@ class Variants(NamedTuple):
 
 
 def opened(point: OperatingPoint) -> Variants:
-    """A loop about where it stays, opened behind what the law is told of its own command.
-
-    Raises:
-        ParameterError: its numbers are too large for the arithmetic of matrices.
-    """
+    """A loop about where it stays, opened behind what the law is told of its own command."""
     parts, machine, digital = parts_of(point)
     loop = put_together(point, parts)
     with np.errstate(over="ignore", invalid="ignore"):

@@ -67,9 +67,6 @@ def operating_point(loop: Loop, command: float | None, force: float | None = Non
         loop: the loop.
         command: u [V]; None for that of the loop's steady start, or 0.
         force: on the rod [N]; None for that of its load at t = 0.
-
-    Raises:
-        ParameterError: the machine has no steady state, or the law none that asks for the command.
     """
     return settled(machine_point(loop, command, force))
 
@@ -81,9 +78,6 @@ def machine_point(loop: Loop, command: float | None, force: float | None = None)
         loop: the loop.
         command: u [V]; None for that of the loop's steady start, or 0.
         force: on the rod [N]; None for that of its load at t = 0.
-
-    Raises:
-        ParameterError: the machine has no steady state.
     """
     refuse_foreign(loop, "linearise it")
     loop = loop if force is None else loop._replace(load=Constant(force))

@@ -42,11 +42,7 @@ def parts_of(point: OperatingPoint) -> tuple[Parts, Slopes, Slopes]:
 
 
 def machine_slopes(point: OperatingPoint) -> Slopes:
-    """Of the machine's rates, of what is seen of it and of what is controlled, by [x, command, F].
-
-    Raises:
-        ParameterError: they are too large for the arithmetic of matrices.
-    """
+    """Of the machine's rates, of what is seen of it and of what is controlled, by [x, command, F]."""
     numbers = np.array([*values(point.machine), point.command, point.force])
     found = slopes(machine_rows, point, numbers, sizes(point.machine, 1.0, FORCE))
     steepest = np.abs(found.mean).max(initial=0.0)

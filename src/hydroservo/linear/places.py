@@ -64,9 +64,6 @@ class Place(NamedTuple):
         """The loop's reserve with other numbers of its law and sensors.
 
         The law is linearised with the states that the loop's own law has at this place.
-
-        Raises:
-            ParameterError: the law allows no design.
         """
         loop = replace(self.loop, parameters)
         own = self.point.loop._replace(

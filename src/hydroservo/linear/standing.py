@@ -1,7 +1,7 @@
 """How far loops are from oscillating, before a search of their gains and after it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import replace
@@ -9,12 +9,13 @@ from hydroservo.field import Field
 from hydroservo.formatting import NONE
 from hydroservo.linear.margins import UNTOLD
 from hydroservo.linear.onset import longer
-from hydroservo.linear.reading import READ, read_as
+from hydroservo.linear.reading import READ, margin_in, read_as
 from hydroservo.linear.view import onset_of, viewed
 from hydroservo.loop import Loop
 from hydroservo.monitors import Oscillation
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
+from hydroservo.show import Cell, Column, Table
 
 
 class Standing(NamedTuple):
@@ -33,6 +34,11 @@ class Standing(NamedTuple):
         )
         return ", ".join(texts)
 
+    def cells(self) -> list[Cell]:
+        """The margins of a row of a table."""
+        named = {name: READ[name][1] for name in self._fields if name in READ}
+        return [Cell(*margin_in(unit, getattr(self, name))) for name, unit in named.items()]
+
 
 class Change(NamedTuple):
     """How a loop stands before a search and after it."""
@@ -43,6 +49,19 @@ class Change(NamedTuple):
 
     def __str__(self) -> str:
         return f"{self.name}: before, {self.before}; after, {self.after}"
+
+    @staticmethod
+    def table(changes: "Sequence[Change]") -> Table:
+        """How loops stand, a row for each before and one after."""
+        margins = (Column(READ[name][0], digits=3, right=True) for name in Standing._fields if name in READ)
+        rows = [
+            [Cell(one.name), Cell(when), *standing.cells()]
+            for one in changes
+            for when, standing in (("before", one.before), ("after", one.after))
+        ]
+        return Table(
+            "margins", (Column("machine"), Column("values"), *margins), rows, "Margins while moving."
+        )
 
 
 def standing_of(loop: Loop) -> Standing:

@@ -83,11 +83,7 @@ def viewed(
     band: tuple[float, float] | None,
     progress: Progress | None = None,
 ) -> View:
-    """A loop about a point, as :func:`hydroservo.bode` has it.
-
-    Raises:
-        ParameterError: there is no such point, no loop is closed there, or the frequencies are none.
-    """
+    """A loop about a point, as :func:`hydroservo.bode` has it."""
     if force is not None:
         number(force, "force", Field("N", ""), float)
     point, judged, slid = smoothest(loop, command, force)
@@ -99,11 +95,7 @@ def viewed(
 
 
 def smoothest(loop: Loop, command: float | None, force: float | None) -> tuple[OperatingPoint, Judged, bool]:
-    """A point of a loop, and whether its hysteresis slides there, as it does where the loop has no slope.
-
-    Raises:
-        ParameterError: there is no such point, or no loop is closed there.
-    """
+    """A point of a loop, and whether its hysteresis slides there, as it does where the loop has no slope."""
     slid = sliding(loop)
     try:
         point = operating_point(loop, command, force)
@@ -129,11 +121,7 @@ def onset_of(loop: Loop, progress: Progress | None) -> float:
 def checked_band(
     band: tuple[float, float] | None, found: Margins, point: OperatingPoint
 ) -> tuple[float, float]:
-    """The lowest and the highest frequency [Hz].
-
-    Raises:
-        ParameterError: they are none.
-    """
+    """The lowest and the highest frequency [Hz]."""
     nyquist = 0.5 / point.loop.simulation.period
     if band is None:
         crossed = [w / (2.0 * math.pi) for w in (*found.gain_crossovers, *found.phase_crossovers)]

@@ -8,6 +8,8 @@ from hydroservo.field import Field
 from hydroservo.roles import Monitor, role
 from hydroservo.sources import CHOSEN
 
+ROUNDING = 1e-12  # of what rates explain
+
 
 class StepResponseState(NamedTuple):
     """The demand as it was, its last jump, and the longest and largest so far."""
@@ -38,6 +40,8 @@ class StepResponseValues(NamedTuple):
             smaller_is_better=True,
         ),
     ]
+    demand_reach: Annotated[float, Field("y", "furthest that the demand goes from the signal at the start")]
+    demand_jumps: Annotated[bool, Field("", "the demand jumps, the start from rest included")]
 
 
 @role(Monitor)
@@ -45,11 +49,12 @@ class StepResponse(NamedTuple):
     """Settling time and overshoot after the jumps of a demand.
 
     A jump is a change of the demand, beyond what its rates at both instants explain, of more than the band;
-    the start from rest counts, a kink does not. ``settling_time`` is the longest time from a jump (or the
-    start) until the error is last outside the band, which is a share of the largest demand so far, counted
-    from the signal at the start. ``overshoot`` is the furthest that the signal goes beyond the demand in the
-    direction of its last jump, 0 without one. A demand that jumps at the very end, by however little, asks
-    for what no time is left for: there the signal is held against the demand before.
+    the start from rest counts, a kink does not, and ``demand_jumps`` says whether there was one.
+    ``settling_time`` is the longest time from a jump (or the start) until the error is last outside the band,
+    which is a share of ``demand_reach``, the largest demand so far, counted from the signal at the start.
+    ``overshoot`` is the furthest that the signal goes beyond the demand in the direction of its last jump, 0
+    without one. A demand that jumps at the very end, by however little, asks for what no time is left for:
+    there the signal is held against the demand before.
 
     Source: Ogata, Modern Control Engineering, 2010, sec. 5-3; what counts as a jump is chosen here.
     Fails for a demand that gets to its end without a jump, as a Ramp or a PointToPoint: its overshoot is 0,
@@ -73,7 +78,9 @@ class StepResponse(NamedTuple):
         asked = ops.where(dt > 0.0, demand, demand - jump)
         demand_max = ops.maximum(m.demand_max, ops.absolute(asked - start))
         band = self.band * demand_max
-        jumped = dt > 0.0 and ops.absolute(jump) - half * ops.absolute(rate - m.last_rate) > band
+        kink = half * ops.absolute(rate - m.last_rate)
+        rounding = ROUNDING * half * (ops.absolute(rate) + ops.absolute(m.last_rate))
+        jumped = dt > 0.0 and ops.absolute(jump) - kink > ops.maximum(band, rounding)
         error = asked - s.controlled.value
         jump_time = ops.where(jumped, t, m.jump_time)
         jump_sign = ops.where(jumped, ops.sign(jump), m.jump_sign)
@@ -91,4 +98,4 @@ class StepResponse(NamedTuple):
         )
 
     def values(self, m: StepResponseState) -> StepResponseValues:
-        return StepResponseValues(m.settling, m.overshoot)
+        return StepResponseValues(m.settling, m.overshoot, m.demand_max, m.jump_sign != 0.0)

@@ -19,11 +19,28 @@ def show_results_in(shell: Any) -> None:
 
 
 def result_html(data: "xr.Dataset") -> str:
-    """A Dataset as HTML; of a result first what was run, its metrics, and what a user should know.
+    """A Dataset as HTML; of a result first what it says.
 
     What is left of a result after a selection may lack its metrics; then it is shown as any Dataset is.
     """
-    from hydroservo.notebook.cards import card_of
+    from hydroservo.findings import finding_of_dataset
+    from hydroservo.show.html import html_of
 
-    card, whole = card_of(data), str(data._repr_html_())
-    return f"{card}<details><summary>data</summary>{whole}</details>" if card else whole
+    whole = str(data._repr_html_())
+    if not is_whole(data):
+        return whole
+    card = html_of(finding_of_dataset(data))
+    return f"{card}<details><summary>data</summary>{whole}</details>"
+
+
+def is_whole(data: "xr.Dataset") -> bool:
+    """Whether a Dataset is a result with all that a finding needs."""
+    from hydroservo.linear.reading import READ
+    from hydroservo.runs.arguments import is_result
+    from hydroservo.runs.results import metric_fields
+
+    if not is_result(data):
+        return False
+    if "frequency" in data.dims:
+        return set(READ) <= set(data.data_vars)
+    return "diverged" in data and bool(metric_fields(data))

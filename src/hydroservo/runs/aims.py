@@ -47,11 +47,7 @@ class Aim(NamedTuple):
 
 
 def checked_aim(aim: Aim) -> Aim:
-    """An aim with a weight for each of its loops.
-
-    Raises:
-        ParameterError: a part of it is not what it must be.
-    """
+    """An aim with a weight for each of its loops."""
     check_one_signal("loops", [loop.controls.declared().meaning for loop in aim.loops])
     metric_field(aim.loops, aim.metric)
     count = len(aim.loops)
@@ -64,11 +60,7 @@ def checked_aim(aim: Aim) -> Aim:
 
 
 def metric_field(loops: Sequence[Loop], metric: object) -> Field:
-    """The declaration of a metric that loops can be tuned by.
-
-    Raises:
-        ParameterError: it is none, or one of them does not have it.
-    """
+    """The declaration of a metric that loops can be tuned by."""
     if not isinstance(metric, str):
         raise ParameterError("metric", metric, "must be the name of a metric")
     known = judged_by(loops)
@@ -84,9 +76,6 @@ def checked_weights(value: object, count: int, each: str) -> tuple[float, ...]:
         value: the weights.
         count: how many there must be.
         each: what each is for, in a word.
-
-    Raises:
-        ParameterError: they are not what they must be.
     """
     found = finite_numbers(value)
     if len(found) != count or min(found) <= 0.0:
@@ -95,11 +84,7 @@ def checked_weights(value: object, count: int, each: str) -> tuple[float, ...]:
 
 
 def checked_effort(value: object) -> float:
-    """An exponent of the command's total variation.
-
-    Raises:
-        ParameterError: it is none.
-    """
+    """An exponent of the command's total variation."""
     found = finite_numbers([value])
     if not found or found[0] < 0.0:
         raise ParameterError("effort", value, "must be a finite number, at least 0")
@@ -107,11 +92,7 @@ def checked_effort(value: object) -> float:
 
 
 def checked_whole(name: str, value: object) -> int:
-    """The number of seeds or candidates, or the seed of a search.
-
-    Raises:
-        ParameterError: it is no whole number in its range.
-    """
+    """The number of seeds or candidates, or the seed of a search."""
     return whole_number(name, value, *WHOLE[name])
 
 
@@ -127,11 +108,7 @@ def is_finite(value: Any) -> bool:
 
 
 def check_ranges(loops: Sequence[Loop], ranges: Mapping[str, tuple[float, float]]) -> None:
-    """Refuse what is no range of a number that all loops have.
-
-    Raises:
-        ParameterError: there is such a one, or no range at all.
-    """
+    """Refuse what is no range of a number that all loops have."""
     if not ranges:
         raise ParameterError("ranges", "{}", "must name at least one parameter")
     for path, ends in ranges.items():

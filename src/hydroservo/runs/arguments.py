@@ -14,11 +14,7 @@ if TYPE_CHECKING:
 
 
 def checked_loop(value: object, name: str = "loop") -> Loop:
-    """A loop, with a block in each of its places.
-
-    Raises:
-        ParameterError: it is none.
-    """
+    """A loop, with a block in each of its places."""
     if not isinstance(value, Loop):
         named = isinstance(value, str | Path)
         hint = f"load_scenario({short(str(value))}) makes one" if named else "such as load_scenario returns"
@@ -35,11 +31,7 @@ def checked_loop(value: object, name: str = "loop") -> Loop:
 
 
 def checked_loops(value: object, name: str = "loops") -> list[Loop]:
-    """A list of loops, at least one.
-
-    Raises:
-        ParameterError: it is none.
-    """
+    """A list of loops, at least one."""
     found = as_list(name, value, "loops, such as [loop]")
     if not found:
         raise ParameterError(name, value, "must be at least one")
@@ -53,9 +45,6 @@ def checked_mapping(name: str, value: object, wanted: str) -> Mapping[Any, Any]:
         name: of the argument.
         value: what is given.
         wanted: what it must map, such as "paths to values".
-
-    Raises:
-        ParameterError: it is none.
     """
     if not isinstance(value, Mapping):
         raise ParameterError(name, value, f"must map {wanted}")
@@ -69,9 +58,6 @@ def as_list(name: str, value: object, wanted: str) -> list[Any]:
         name: of the argument.
         value: what is given.
         wanted: what it must be a list of.
-
-    Raises:
-        ParameterError: it is none.
     """
     if not isinstance(value, Iterable) or isinstance(value, str | Path | Mapping | type) or is_block(value):
         raise ParameterError(name, value, f"must be a list of {wanted}")
@@ -79,11 +65,7 @@ def as_list(name: str, value: object, wanted: str) -> list[Any]:
 
 
 def checked_path(name: str, value: object) -> Path:
-    """The path of a file or a folder.
-
-    Raises:
-        ParameterError: it is none.
-    """
+    """The path of a file or a folder."""
     if not isinstance(value, str | os.PathLike):
         raise ParameterError(name, value, "must be a path: a string or a pathlib.Path")
     return Path(value)
@@ -97,11 +79,7 @@ def is_result(value: object) -> TypeGuard["xr.Dataset"]:
 
 
 def checked_run(value: object, name: str = "run") -> "xr.Dataset":
-    """What ``simulate`` returned.
-
-    Raises:
-        ParameterError: it is something else, such as the table of many runs.
-    """
+    """What ``simulate`` returned."""
     if is_result(value) and "run" not in value.dims:
         return value
     table = "; of the table of many runs, table['rms_error'] has a metric of each" if is_result(value) else ""
@@ -114,9 +92,6 @@ def check_one_signal(name: str, signals: Sequence[str]) -> None:
     Args:
         name: of the argument that holds them.
         signals: what each of them controls, such as "velocity".
-
-    Raises:
-        ParameterError: they differ.
     """
     if len(set(signals)) > 1:
         every = ", ".join(dict.fromkeys(signals))
@@ -124,11 +99,7 @@ def check_one_signal(name: str, signals: Sequence[str]) -> None:
 
 
 def checked_runs(value: object, name: str = "runs") -> list["xr.Dataset"]:
-    """What ``simulate`` returned for each of some runs, at least one.
-
-    Raises:
-        ParameterError: it is something else.
-    """
+    """What ``simulate`` returned for each of some runs, at least one."""
     found = [] if is_result(value) else as_list(name, value, "what simulate returned for each run")
     if not found:
         raise ParameterError(name, value, "must be a list of what simulate returned, with at least one run")
@@ -136,11 +107,7 @@ def checked_runs(value: object, name: str = "runs") -> list["xr.Dataset"]:
 
 
 def checked_table(value: object, name: str = "table") -> "xr.Dataset":
-    """What ``simulate_batch`` returned.
-
-    Raises:
-        ParameterError: it is something else.
-    """
+    """What ``simulate_batch`` returned."""
     if is_result(value) and "run" in value.dims:
         return value
     raise ParameterError(name, value, "must be what simulate_batch returned")

@@ -15,21 +15,22 @@ from hydroservo.cosimulation import is_foreign
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import declared_metrics, flags_of, monitors_of
 from hydroservo.runs.arguments import checked_loop
-from hydroservo.runs.cautions import pressure_caution, quietly, warns, with_warning
+from hydroservo.runs.cautions import quietly, warns, with_warning
+from hydroservo.runs.cautions.every import loop_cautions
+from hydroservo.runs.cautions.pressures import pressure_caution
+from hydroservo.runs.cautions.records import check_records
 from hydroservo.runs.columns import SEED, Columns, checked_columns, designs, starts
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, watched_paths
 from hydroservo.runs.finishing import Finish, finisher
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.foreign_batch import foreign_batch
-from hydroservo.runs.loop_cautions import loop_cautions
 from hydroservo.runs.provenance import provenance
-from hydroservo.runs.record_coverage import check_records
 from hydroservo.runs.run import (
+    Prepared,
     Progress,
-    complete,
     lost,
     plan_of,
-    ready,
+    prepare,
     simulate,
     studied,
     wanted_of,
@@ -119,13 +120,13 @@ def simulate_batch(
             signal of which the runs see nothing, or no device.
         LoopError: a block that does not fit the loop.
     """
-    given = complete(with_metrics(checked_loop(loop), metrics))
-    loop = ready(given)
+    prepared = prepare(with_metrics(checked_loop(loop), metrics))
+    given, loop = prepared
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
     how = How(strict, checked_count(threads, "threads"), cuda, progress or (lambda _: None))
     if is_foreign(loop):
-        return with_warning(alone(given, columns, how), [*recorded, *loop_cautions(loop)])
+        return with_warning(alone(prepared, columns, how), [*recorded, *loop_cautions(loop)])
     started = columns | starts(given, columns)
     state = first_state(loop)
     loop, said = with_steps(loop, hardest(loop, [started]), strict)
@@ -141,14 +142,12 @@ def simulate_part(loop: Loop, parameters: Mapping[str, ArrayLike], first: int, h
         parameters: arrays of shape (runs,) in SI units by path, of these runs.
         first: the number of the first of them.
         how: they are computed.
-
-    Raises:
-        ParameterError: as :func:`simulate_batch`.
     """
-    given, loop = complete(loop), ready(loop)
+    prepared = prepare(loop)
+    given, loop = prepared
     columns = checked_columns(loop, parameters, first)
     if is_foreign(loop):
-        data = alone(given, columns, how)
+        data = alone(prepared, columns, how)
     else:
         started = columns | starts(given, columns, first)
         data = computed(loop, first_state(loop), columns, started, how)
@@ -156,10 +155,11 @@ def simulate_part(loop: Loop, parameters: Mapping[str, ArrayLike], first: int, h
     return data.assign_coords(run=np.arange(first, first + data.sizes["run"]))
 
 
-def alone(given: Loop, columns: Columns, how: How) -> "xr.Dataset":
+def alone(prepared: Prepared, columns: Columns, how: How) -> "xr.Dataset":
     """The table of runs with an FMU, each as :func:`~hydroservo.simulate` has it."""
     one = partial(quietly(simulate), record=())
-    loop, found = ready(given), foreign_batch(given, columns, one, how.cuda, how.progress)
+    given, loop = prepared
+    found = foreign_batch(given, columns, one, how.cuda, how.progress)
     return dataset(loop, columns, *found).assign_attrs(provenance(loop, given))
 
 

@@ -34,9 +34,6 @@ def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike], first: int 
         loop: the loop that all runs start from.
         parameters: arrays of shape (runs,) by path.
         first: the number of the first of these runs, for the message.
-
-    Raises:
-        ParameterError: they are not.
     """
     given = checked_mapping("parameters", parameters, "paths to arrays of numbers")
     columns = {path: column(loop, path, values) for path, values in given.items()}
@@ -50,11 +47,7 @@ def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike], first: int 
 
 
 def check_runs(block: Block, columns: Columns, first: int, path: str = "") -> None:
-    """Ask the blocks that have a method ``check``, and of which something varies, about each run.
-
-    Raises:
-        ParameterError: the numbers of a run do not go together.
-    """
+    """Ask the blocks that have a method ``check``, and of which something varies, about each run."""
     own = {name.removeprefix(path): values for name, values in columns.items() if name.startswith(path)}
     if not own:
         return
@@ -154,11 +147,7 @@ def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def vector(path: str, values: ArrayLike) -> NDArray[np.float64]:
-    """One number for each run.
-
-    Raises:
-        ParameterError: the values are not that.
-    """
+    """One number for each run."""
     if is_block(values):
         raise ParameterError(path, values, "must be an array of numbers")
     try:
@@ -176,9 +165,6 @@ def designs(loop: Loop, columns: Columns) -> Columns:
     Args:
         loop: the loop, its controller designed.
         columns: what is given for each run.
-
-    Raises:
-        ParameterError: a run's parameters allow no design.
     """
     computed = [path for path, _ in leaves(loop.controller) if field_at(loop.controller, path).derived]
     ruling = [path for path in columns if path.startswith("controller.")]
@@ -229,11 +215,7 @@ def starts(loop: Loop, columns: Columns, first: int = 0) -> Columns:
 
 
 def starts_found(loop: Loop, columns: Columns, first: int) -> Columns:
-    """The states in which runs begin, where a start finds them and something of the machine differs.
-
-    Raises:
-        ParameterError: that of a run has none, or other numbers than the first run's.
-    """
+    """The states in which runs begin, where a start finds them and something of the machine differs."""
     if not any(path.partition(".")[0] in (*MachineState._fields, "load", "start") for path in columns):
         return {}
     rows = zip(*(row.tolist() for row in columns.values()), strict=True)

@@ -37,11 +37,7 @@ def compilation(loop: Loop) -> Iterator[None]:
 
 
 def first_state(loop: Loop) -> Block:
-    """The initial state; one sample and what then moves the machine show, in plain Python, that blocks fit.
-
-    Raises:
-        LoopError: a block reads a signal that is not there, or returns something else than its state's type.
-    """
+    """The initial state, from which a sample in plain Python shows that the blocks fit together."""
     try:
         return fitting_state(loop)
     except LoopError as error:
@@ -51,11 +47,7 @@ def first_state(loop: Loop) -> Block:
 
 
 def check_returns(loop: Loop) -> None:
-    """Name the method that returns what its role does not, where there is one.
-
-    Raises:
-        LoopError: there is.
-    """
+    """Name the method that returns what its role does not, where there is one."""
     judged = with_checked_returns(loop)
     try:
         state = judged.init()
@@ -68,11 +60,7 @@ def check_returns(loop: Loop) -> None:
 
 
 def fitting_state(loop: Loop) -> Block:
-    """The initial state of a loop whose blocks fit, by one sample.
-
-    Raises:
-        LoopError: as :func:`first_state`, in words that may be those of a block's inside.
-    """
+    """The initial state of a loop whose blocks fit, by one sample."""
     law = named(loop.controller, "controller")
     try:
         state = loop.init()
@@ -136,11 +124,7 @@ def is_used(loop: Loop, signal: str) -> bool:
 
 
 def check_monitors(loop: Loop, state: Block) -> None:
-    """Let each monitor hear one step in plain Python.
-
-    Raises:
-        LoopError: it reads what is not there, or does not give its state and its metrics.
-    """
+    """Let each monitor hear one step in plain Python."""
     for name, one in monitors_of(loop).items():
         try:
             before = one.init()

@@ -31,9 +31,6 @@ def foreign_batch(
         run: simulates one loop.
         cuda: whether a CUDA device was asked for.
         progress: called with the fraction of runs done.
-
-    Raises:
-        LoopError: a CUDA device was asked for, which cannot run an FMU; or an FMU refuses.
     """
     if cuda:
         raise LoopError("a CUDA device cannot run an FMU; leave cuda out")

@@ -61,11 +61,7 @@ def outcome(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Outco
 
 
 def outcome_of(aim: Aim, i: int, runs: "xr.Dataset") -> Outcome:
-    """The outcome of each candidate in the runs of loop i.
-
-    Raises:
-        ParameterError: loop i does not have the metric.
-    """
+    """The outcome of each candidate in the runs of loop i."""
     error = means(aim, i, runs)
     if ACTIVITY not in runs:
         return Outcome(error, np.full(error.size, math.nan))
@@ -129,11 +125,7 @@ def runs_of(
 
 
 def means(aim: Aim, i: int, runs: "xr.Dataset") -> Numbers:
-    """The metric of each candidate, mean over the seeds.
-
-    Raises:
-        ParameterError: loop i does not have the metric.
-    """
+    """The metric of each candidate, mean over the seeds."""
     values = runs[aim.metric].values
     lost = runs["diverged"].values | np.isinf(values)
     if np.isnan(values[~lost]).any():

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -13,6 +14,7 @@ from hydroservo.block import Block, is_block
 from hydroservo.command_scale import CommandScale
 from hydroservo.controlled.this_signal import ThisSignal
 from hydroservo.group import group_class
+from hydroservo.show import Origin
 
 
 def describe(block: Block) -> dict[str, Any]:
@@ -74,3 +76,18 @@ def provenance(loop: Block, asked: Block) -> dict[str, Any]:
         "version": __version__,
         "seed": loop.simulation.seed,
     }
+
+
+def origin_of(name: str, attributes: Mapping[Any, Any]) -> Origin:
+    """The origin of a result.
+
+    Args:
+        name: of its scenario, as it was asked for.
+        attributes: those that every result carries.
+    """
+    return Origin(name, str(attributes["hash"]), int(attributes["seed"]), str(attributes["scenario"]))
+
+
+def origin_of_loop(name: str, loop: Block) -> Origin:
+    """The origin of what was found of a loop without a run."""
+    return origin_of(name, provenance(loop, loop))

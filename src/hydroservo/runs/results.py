@@ -12,17 +12,15 @@ from typing import TYPE_CHECKING, Any
 from hydroservo.command_scale import in_command_unit
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.field import Field
-from hydroservo.outputs import atomic_path, digests, write_text
+from hydroservo.outputs import atomic_path
 from hydroservo.runs.arguments import checked_path, checked_run, is_result
+from hydroservo.show.numbers import plain
 
 if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
     import pyarrow as pa
     import xarray as xr
-
-METRICS = "metrics.json"
-"""The file of a folder of results that names all others."""
 
 
 def save(dataset: "xr.Dataset", path: Path | str) -> Path:
@@ -126,48 +124,6 @@ def metrics_csv(runs: "pd.DataFrame", fields: Mapping[str, Field]) -> str:
     scaled = runs.assign(**{name: runs[name] * factor for name, factor in factors.items()})
     table = scaled.astype(dict.fromkeys(flags, int)).rename(columns=units)
     return str(table.to_csv(index=False, na_rep="nan", lineterminator="\n"))
-
-
-def as_json(value: Any) -> str:
-    """Text of a JSON object; null for a number that is not finite."""
-    return json.dumps(plain(value), indent=2, allow_nan=False)
-
-
-def write_metrics(folder: Path, content: Mapping[str, Any]) -> Path:
-    """Write ``metrics.json`` beside the other files of a result, with the SHA-256 of each of them.
-
-    Raises:
-        HydroservoError: the file cannot be written.
-    """
-    return write_text(folder / METRICS, as_json({**content, "files": digests(folder)}) + "\n")
-
-
-def foreign_files(folder: Path | str) -> list[str]:
-    """Which files that a folder's ``metrics.json`` names are missing, or are not those of its run.
-
-    There are some where files were changed, where two commands wrote at the same time, or where one was
-    killed in the instant in which its files took their places. Files that ``metrics.json`` does not name are
-    left out.
-
-    Raises:
-        HydroservoError: there is no such file, or it cannot be read.
-    """
-    folder = Path(folder)
-    try:
-        named = dict(json.loads((folder / METRICS).read_text(encoding="utf-8"))["files"])
-        found = digests(folder, [name for name in named if (folder / name).is_file()])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise HydroservoError(f"{folder / METRICS}: cannot be read as that of a result: {error}") from None
-    return [name for name, digest in named.items() if found.get(name) != digest]
-
-
-def plain(value: Any) -> Any:
-    """The value as JSON can hold it: None for every number in it that is not finite."""
-    if isinstance(value, Mapping):
-        return {key: plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def unit_of(dataset: "xr.Dataset", name: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydroservo.block import Block, leaves, state_field_at, value_at, values
-from hydroservo.cosimulation import coupled, is_foreign
+from hydroservo.cosimulation import ForeignLoad, coupled, first_force, is_foreign
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
 from hydroservo.group import group
@@ -18,17 +18,15 @@ from hydroservo.metrics import Divergence, monitors_of, signals_of, values_of
 from hydroservo.monitors.group import Usual
 from hydroservo.monitors.group import named as named_monitors
 from hydroservo.runs.arguments import as_list, checked_loop
-from hydroservo.runs.cautions import pressure_caution, warns, with_warning
-from hydroservo.runs.creep import creep_caution
+from hydroservo.runs.cautions import warns, with_warning
+from hydroservo.runs.cautions.every import loop_cautions, run_cautions
+from hydroservo.runs.cautions.records import check_records
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
-from hydroservo.runs.first_force import with_first_force
 from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.loop_cautions import loop_cautions
-from hydroservo.runs.record_coverage import check_records
-from hydroservo.runs.steady import started
+from hydroservo.runs.steady import check_given, started
 from hydroservo.runs.step_sizes import check_substeps, checked_steps, machine_paths, with_exact_delay
 from hydroservo.runs.trace import Plan, Trace, dataset
-from hydroservo.runs.unrecorded import record_caution
+from hydroservo.starts import AsBuilt
 from hydroservo.validation import checked
 from hydroservo.wiring import believed, wired, with_signal
 from hydroservo.work.notebook_bar import shows_progress
@@ -99,13 +97,8 @@ def simulate(
 
 
 def traced(loop: Loop, record: Sequence[str] | None, mode: Mode, progress: Progress | None) -> Trace:
-    """What :func:`simulate` makes a Dataset of, with its warning; nothing says it aloud.
-
-    Raises:
-        HydroservoError: as :func:`simulate`.
-    """
-    asked = complete(loop)
-    loop = ready(asked)
+    """What :func:`simulate` makes a Dataset of, with its warning; nothing says it aloud."""
+    asked, loop = prepare(loop)
     recorded = check_records(loop)
     state, watching = first_state(loop), monitors_of(loop)
     wanted = paths_of(loop, state) if record is None else tuple(as_list("record", record, "paths"))
@@ -119,48 +112,47 @@ def traced(loop: Loop, record: Sequence[str] | None, mode: Mode, progress: Progr
         return Trace(asked, loop, plan, wanted, out, values, {"diverged_by": loss.path})
 
     trace = checked_steps(loop, one)
-    said = [*recorded, *loop_cautions(loop), pressure_caution(trace), creep_caution(loop, trace)]
-    return with_warning(trace, [*said, record_caution(trace, loop.simulation.period)])
+    return with_warning(trace, [*recorded, *loop_cautions(loop), *run_cautions(loop, trace)])
 
 
 def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | None") -> Loop:
-    """The loop with these monitors in place of its own; with its own if there are none.
-
-    Raises:
-        ParameterError: what is given is no monitor, or no list or mapping of them.
-    """
+    """The loop with these monitors in place of its own; with its own if there are none."""
     return loop if metrics is None else loop._replace(metrics=group(named_monitors(metrics)))
 
 
 def complete(loop: Loop) -> Loop:
-    """The loop with its parameters checked, and with what it leaves open filled in.
-
-    Raises:
-        ParameterError: it is no loop, or what stands for a block is none; or a parameter is out of range, or
-            does not go with another.
-    """
+    """The loop with its parameters checked, and with what it leaves open filled in."""
     loop = checked(checked_loop(loop))
     check_substeps(loop)
     return wired(loop)
 
 
-def ready(loop: Loop) -> Loop:
-    """The loop complete, its plant at rest and its controller designed.
+class Prepared(NamedTuple):
+    """A loop that can be run; only :func:`prepare` makes one, so that it is checked and designed once.
 
-    Raises:
-        ParameterError: it is no loop, or what stands for a block is none; or a parameter is out of range,
-            allows no design or no start at rest, or does not go with another.
+    Attributes:
+        asked: the loop complete, by which its results are named.
+        loop: that, its plant at rest, its start found and its controller designed.
     """
-    loop = with_exact_delay(complete(loop))
-    return started(resting(with_first_force(loop))._replace(controller=designed_law(loop)))
+
+    asked: Loop
+    loop: Loop
+
+
+def prepare(loop: Loop) -> Prepared:
+    """The loop checked, wired and designed for a run."""
+    asked = complete(loop)
+    loop = with_exact_delay(asked)
+    return Prepared(asked, started(resting(with_first_force(loop))._replace(controller=designed_law(loop))))
+
+
+def ready(loop: Loop) -> Loop:
+    """The loop of :func:`prepare`."""
+    return prepare(loop).loop
 
 
 def designed_law(loop: Loop) -> Block:
-    """The controller of a complete loop, designed for it.
-
-    Raises:
-        ParameterError: its parameters allow no design.
-    """
+    """The controller of a complete loop, designed for it."""
     law = with_signal(loop.controller, loop.controls)
     return checked(designed(law, loop.simulation.period, partial(believed, loop)), "controller")
 
@@ -248,12 +240,7 @@ def studied(loop: Loop, samples: int) -> "Study":
 
 
 def plan_of(loop: Loop, state: Block, record: Sequence[str]) -> Plan:
-    """How a loop is run. What a kernel counts and addresses follows from these numbers alone.
-
-    Raises:
-        ParameterError: times that do not divide, more than ``MOST_SAMPLES`` samples, an unknown path.
-        LoopError: the trace is too large to hold.
-    """
+    """How a loop is run. What a kernel counts and addresses follows from these numbers alone."""
     simulation = loop.simulation
     ratio = simulation.duration / simulation.period
     if ratio >= MOST_SAMPLES:
@@ -298,11 +285,7 @@ def paths_of(loop: Loop, state: Block) -> tuple[str, ...]:
 
 
 def recordable(loop: Loop, state: Block, signals: Mapping[str, Field], path: str) -> Field:
-    """The declaration of the number at a path of a loop's state, or of what a monitor declares.
-
-    Raises:
-        ParameterError: there is no number at that path.
-    """
+    """The declaration of the number at a path of a loop's state, or of what a monitor declares."""
     if path in signals:
         return signals[path]
     try:
@@ -312,3 +295,12 @@ def recordable(loop: Loop, state: Block, signals: Mapping[str, Field], path: str
     if not isinstance(value, float):
         raise ParameterError("record", path, "not a number but a group; name one number in it")
     return state_field_at(loop, state, path)
+
+
+def with_first_force(loop: Loop) -> Loop:
+    """The loop with the force that its load's FMU answers to the start; any other loop as it is."""
+    if not isinstance(loop.load, ForeignLoad):
+        return loop
+    check_given(loop)
+    state = AsBuilt(loop.start.given).of(loop.blocks_begin())
+    return loop._replace(load=loop.load._replace(held=first_force(loop, state.plant)))

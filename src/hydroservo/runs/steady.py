@@ -26,11 +26,7 @@ ROUNDS = 200  # each with a derivative by every number
 
 
 def started(loop: Loop) -> Loop:
-    """The loop with a start that is yet to be found exchanged for one with the states that this has.
-
-    Raises:
-        ParameterError: there is none.
-    """
+    """The loop with a start that is yet to be found exchanged for one with the states that this has."""
     check_given(loop)
     if not hasattr(loop.start, "found"):
         return loop
@@ -42,9 +38,6 @@ def start_found(loop: Loop) -> Block:
 
     Args:
         loop: the loop, ready to run but for its start.
-
-    Raises:
-        ParameterError: there are none, or the loop has no such states.
     """
     start: Block = loop.start
     found = dict(leaves(start.found(partial(steady_state, loop))))
@@ -54,11 +47,7 @@ def start_found(loop: Loop) -> Block:
 
 
 def check_given(loop: Loop) -> None:
-    """Refuse states that are given and that the loop does not have.
-
-    Raises:
-        ParameterError: there is one.
-    """
+    """Refuse states that are given and that the loop does not have."""
     if not loop.start.given._fields:
         return
     state = loop.blocks_begin()
@@ -83,9 +72,6 @@ def steady_state(loop: Loop, command: float) -> MachineState:
     Args:
         loop: the loop, ready to run but for its start.
         command: under which the machine has settled [V].
-
-    Raises:
-        ParameterError: none is found.
     """
     start = loop.machine(loop.init())
     paths = [path for path, _ in leaves(start)]

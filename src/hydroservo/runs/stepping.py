@@ -1,27 +1,29 @@
 """Loops that are given their commands from outside, all of them one sample period a call."""
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy, deepcopy
 from itertools import pairwise, repeat
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.block import Block, leaves, replace
+from hydroservo.block import Block, Field, leaves, replace
 from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.group import group
 from hydroservo.loop import Loop
+from hydroservo.roles import Controller, role
 from hydroservo.runs.batch import with_steps
 from hydroservo.runs.columns import SEED, checked_columns, starts
-from hydroservo.runs.commanded import Commanded
 from hydroservo.runs.divergence import reach_of, watched_paths
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.run import plan_of, ready, studied
 from hydroservo.runs.step_sizes import hardest
+from hydroservo.signals import Demand, Measurement
 from hydroservo.validation import LARGEST_WHOLE, checked
 from hydroservo.wiring import wired
 from hydroservo.work.cores import checked_count
@@ -31,6 +33,8 @@ LEAST_GROUPS = 4  # of runs that are worth a thread
 
 Numbers = NDArray[np.float64]
 Whole = NDArray[np.int64]
+
+NOTHING = Measurement(*(math.nan,) * len(Measurement._fields))  # yet; a signal that nothing measures stays so
 
 
 class SteppedRuns:
@@ -139,9 +143,6 @@ class SteppedRuns:
             which: their numbers.
             sets: the number of the set of parameters that each takes.
             seeds: of the random numbers of each.
-
-        Raises:
-            ParameterError: there is no such run or set, or they are not as many.
         """
         check_whole("which", which, self.steps.runs, np.size(which))
         check_whole("sets", sets, self.sets, np.size(which))
@@ -157,9 +158,6 @@ class SteppedRuns:
 
         Args:
             commands: of shape (count,).
-
-        Raises:
-            ParameterError: they are not as many, or not finite.
         """
         if np.shape(commands) != (self.steps.runs,) or not np.isfinite(commands).all():
             problem = f"must be {self.steps.runs} finite numbers, one for each run"
@@ -179,11 +177,7 @@ def pool_of(shares: Sequence[tuple[int, int]]) -> ThreadPoolExecutor | None:
 
 
 def check_whole(name: str, numbers: Whole, end: int, count: int) -> None:
-    """Refuse what are not so many whole numbers from 0 to below an end.
-
-    Raises:
-        ParameterError: with the name.
-    """
+    """Refuse what are not so many whole numbers from 0 to below an end."""
     given = np.asarray(numbers)
     whole = given.shape == (count,) and given.dtype.kind in "iu"
     if not (whole and ((given >= 0) & (given < end)).all()):
@@ -193,3 +187,25 @@ def check_whole(name: str, numbers: Whole, end: int, count: int) -> None:
 def shown(state: Block) -> list[str]:
     """What of a state is shown: all but what sensors and holds remember."""
     return [path for path, _ in leaves(state) if not path.startswith(("sensors.", "hold."))]
+
+
+class CommandedState(NamedTuple):
+    """The command, which others write, and what was measured at the last sample."""
+
+    u: Annotated[float, Field("V", "command given from outside")] = 0.0
+    measured: Measurement = NOTHING
+
+
+@role(Controller)
+class Commanded(NamedTuple):
+    """No law: the command is what stands in its state, written there from outside between two samples.
+
+    Source: a definition.
+    Fails to act by itself: what nobody exchanges stays.
+    """
+
+    def init(self) -> CommandedState:
+        return CommandedState()
+
+    def step(self, s: CommandedState, y: Measurement, r: Demand, dt: float) -> CommandedState:
+        return CommandedState(s.u, y)

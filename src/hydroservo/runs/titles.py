@@ -1,6 +1,7 @@
 """What the controller of a run is called."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from hydroservo.runs.results import scenario_of
 
@@ -10,18 +11,20 @@ if TYPE_CHECKING:
 
 def controller_name(dataset: "xr.Dataset") -> str:
     """The type of a run's law, whatever wraps it: what its colour follows."""
-    return controller_types(dataset)[-1]
+    return types_in(scenario_of(dataset)["controller"])[-1]
 
 
 def controller_title(dataset: "xr.Dataset") -> str:
     """What plots call the controller of a run, such as "TSMC in ValveInversion"."""
-    return " in ".join(reversed(controller_types(dataset)))
+    return law_title(scenario_of(dataset))
 
 
-def controller_types(dataset: "xr.Dataset") -> list[str]:
-    """The types of a run's wrappers, outermost first, and of the law inside them."""
-    table = scenario_of(dataset)["controller"]
-    found = [str(table["type"])]
-    while isinstance(table := table.get("controller"), dict):
-        found.append(str(table["type"]))
-    return found
+def law_title(tables: Mapping[str, Any]) -> str:
+    """The law of a scenario with its wrappers, such as "TSMC in ValveInversion"."""
+    return " in ".join(reversed(types_in(tables["controller"])))
+
+
+def types_in(table: Mapping[str, Any]) -> list[str]:
+    """The types of a law's wrappers, outermost first, and of the law inside them."""
+    inner = table.get("controller")
+    return [str(table["type"]), *(types_in(inner) if isinstance(inner, Mapping) else [])]

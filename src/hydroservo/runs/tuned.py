@@ -1,11 +1,33 @@
 """The outcome of a search for gains."""
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from hydroservo.formatting import column, quantity
-from hydroservo.html_tables import Strong, html_remarks, html_table
-from hydroservo.runs.tried import Tried
+from hydroservo.formatting import Scale
+from hydroservo.runs.aims import Aim
+from hydroservo.runs.tuned_finding import tuned_finding
+from hydroservo.show.html import html_of
+
+
+class Tried(NamedTuple):
+    """What one set of values does to the loops of a search.
+
+    Attributes:
+        parameters: the values by path, in SI units.
+        error: weighted geometric mean of the loops' metric, in the metric's unit; inf where a run diverged.
+        activity: likewise of the command's total variation [V]; nan where the loops do not have it.
+        within: whether it keeps the bounds of the search.
+    """
+
+    parameters: Mapping[str, float]
+    error: float
+    activity: float
+    within: bool
+
+    def cost(self, effort: float) -> float:
+        """The error, with a price on the activity: error activity^effort."""
+        return self.error * (self.activity**effort if effort else 1.0)
 
 
 class Tuned(NamedTuple):
@@ -29,6 +51,10 @@ class Tuned(NamedTuple):
         unstable: names of loops that the best values leave unstable for small motions at one of the places
             where margins are judged; of a search without bounds.
         margins: those of each loop of a search with bounds, before and after.
+        aim: what was to be small.
+        ranges: the lowest and highest value of each number, by its path, in SI units.
+        bounds: what the loops were to bear; None for none.
+        typed: the units in which ranges were typed, by SI unit.
     """
 
     parameters: Mapping[str, float]
@@ -47,6 +73,10 @@ class Tuned(NamedTuple):
     interrupted: bool = False
     unstable: Sequence[str] = ()
     margins: Sequence[Any] = ()  # of hydroservo.linear, which is above this
+    aim: Aim = Aim(())
+    ranges: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    bounds: Any = None  # of hydroservo.linear too
+    typed: Mapping[str, Scale] = MappingProxyType({})
 
     def __repr__(self) -> str:
         lines = [f"{path} = {value:g}" for path, value in self.parameters.items()]
@@ -57,22 +87,18 @@ class Tuned(NamedTuple):
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
-        about = {path: self.tables[0][path].attrs for path in self.parameters}
-        values = [
-            (path, Strong(quantity(value, about[path]["units"])), about[path]["long_name"])
-            for path, value in self.parameters.items()
-        ]
-        unit = self.tables[0][self.metric].attrs["units"]
-        label, each = column([*self.before, *self.after], unit)
-        count = len(self.before)
-        metrics = zip(self.names, each[:count], map(Strong, each[count:]), strict=True)
-        heads = ("loop", f"{self.metric} before [{label}]", "after")
-        remarks = [*map(str, self.margins), *map(Strong, self.remarks()), *self.runs_line()]
-        return (
-            html_table(("parameter", "best", "meaning"), values)
-            + html_table(heads, metrics)
-            + html_remarks(remarks)
-        )
+        return html_of(tuned_finding(self))
+
+    @property
+    def candidates(self) -> int:
+        """How many sets of values were tried."""
+        return self.runs // (self.aim.seeds * len(self.names))
+
+    @property
+    def no_better(self) -> bool:
+        """Whether the loops' own values keep the bounds and are better."""
+        effort = self.aim.effort
+        return self.own.within and self.best.cost(effort) > self.own.cost(effort)
 
     def runs_line(self) -> list[str]:
         return [f"{self.runs:,} closed loops were simulated"]

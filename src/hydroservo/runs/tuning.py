@@ -23,8 +23,7 @@ from hydroservo.runs.objective import (
 )
 from hydroservo.runs.run import with_metrics
 from hydroservo.runs.space import CANDIDATES, Space, minimum
-from hydroservo.runs.tried import Tried
-from hydroservo.runs.tuned import Tuned
+from hydroservo.runs.tuned import Tried, Tuned
 from hydroservo.wiring import wired
 
 Numbers = NDArray[np.float64]
@@ -215,12 +214,7 @@ class Search:
         return self.every().state == 1 if self.trials else np.zeros(0, dtype=bool)
 
     def best(self) -> tuple[Numbers, dict[str, float]]:
-        """The best point and its parameters, which keep the bounds at a closer look too.
-
-        Raises:
-            ParameterError: the metric is 0 with all candidates.
-            HydroservoError: none keeps the bounds, or some run diverged with each.
-        """
+        """The best point and its parameters, which keep the bounds at a closer look too."""
         if self.worst == 0.0:
             problem = (
                 f"is 0 with each of {self.done * CANDIDATES:,} candidates, which says nothing; use another"

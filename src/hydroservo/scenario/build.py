@@ -39,10 +39,13 @@ class Context(NamedTuple):
     Attributes:
         nominal: gives what a :class:`DesignModel` inside the block starts from for which there is a table.
         controlled: the signal that the loop controls, in whose unit some numbers are.
+        of_result: whether the tables are those that a result carries: what a design computes is then
+            in them, and computed again.
     """
 
     nominal: Callable[[], DesignModel | None] = no_model
     controlled: Field = VELOCITY
+    of_result: bool = False
 
     def below(self, signals: Block, name: str) -> "Context":
         """The context of what has a name in a block, of which the signals that it says are known."""
@@ -110,9 +113,6 @@ def check_rated(members: Mapping[str, Any]) -> None:
     """Refuse a valve whose edges are rated at an opening that its spool does not reach.
 
     Edges do not keep what they are made of, so nothing but the scenario's numbers can say so.
-
-    Raises:
-        ParameterError: they are.
     """
     edges, reached = members.get("orifice"), members.get("max_opening")
     if not isinstance(edges, Draft) or not isinstance(reached, float):
@@ -130,9 +130,6 @@ def draft(hint: Any, default: Block | None, table: Table, context: Context | Non
         default: the field's own block, whose values hold where the table has none; None if there is none.
         table: the table.
         context: what it is read with.
-
-    Raises:
-        ScenarioError: the table has an unknown key or type, or a value that is not what it must be.
     """
     context = context or Context()
     if names_fmu(hint, table):
@@ -159,11 +156,7 @@ def draft(hint: Any, default: Block | None, table: Table, context: Context | Non
 
 
 def fmu_draft(role: Any, default: Block | None, table: Table, context: Context) -> Draft:
-    """The block of an FMU, before it is made.
-
-    Raises:
-        ScenarioError: as :func:`draft`.
-    """
+    """The block of an FMU, before it is made."""
     present = "" if default is None else type(default).__name__
     keys = (*KEYS, *own_keys(role))
     table = table.retyped(
@@ -189,11 +182,7 @@ def maker_of(hint: Any, default: Block | None, table: Table) -> Maker:
 
 
 def maker_named(hint: Any, default: Block | None, entry: Entry) -> Maker:
-    """The class or constructor that a ``type`` names.
-
-    Raises:
-        ScenarioError: there is none of that name for the field.
-    """
+    """The class or constructor that a ``type`` names."""
     if is_role(hint):
         return maker_in_role(hint, entry)
     cls: type = hint if is_block_class(hint) else type(default)
@@ -217,9 +206,9 @@ def member(maker: Maker, name: str, default: Any, table: Table, context: Context
         return default if optional else curve_from(table.table(name), field if declared else None)
     if is_role(hint) or is_block_class(hint) or is_block_class(type(default)):
         return draft(hint, default, table.table(name), context)
-    if table.has(name) and field.derived:
+    if table.has(name) and field.derived and not context.of_result:
         raise table.entry(name).error("is computed before a run; leave it out")
-    if table.has(name):
+    if table.has(name) and not field.derived:
         return number_from(table.entry(name), field, hint)
     if default is None:
         raise table.error(f"{name} is missing; it {must_be(field, hint)}")
@@ -227,11 +216,7 @@ def member(maker: Maker, name: str, default: Any, table: Table, context: Context
 
 
 def number_from(entry: Entry, field: Field, kind: Any) -> float | int | bool:
-    """A number of its declared kind, unit and range.
-
-    Raises:
-        ScenarioError: the value is not that.
-    """
+    """A number of its declared kind, unit and range."""
     if kind not in (bool, int, float):
         raise entry.error("cannot be a block's parameter: that is a float, an int or a bool")
     automatic = isinstance(entry.value, str) and entry.value == "auto" and field.auto is not None

@@ -35,12 +35,7 @@ def scenario_source(source: str | Path) -> str:
 
 
 def located(source: str | Path) -> tuple[Origin, str]:
-    """Where a scenario comes from, and its text.
-
-    Raises:
-        ScenarioError: there is no such scenario, or its file cannot be read.
-        ParameterError: what is given is no name and no path.
-    """
+    """Where a scenario comes from, and its text."""
     if not isinstance(source, str | Path):
         raise ParameterError("source", source, "must be the name of a scenario, or the path of a file")
     if is_builtin(source):
@@ -61,11 +56,7 @@ def beside(path: Path) -> list[str]:
 
 
 def named_source(entry: Entry) -> str | Path:
-    """The scenario that a value names: a built-in name, or a path from the folder of the file it stands in.
-
-    Raises:
-        ScenarioError: there is none.
-    """
+    """The scenario that a value names: a built-in one, or a path from the folder of its own file."""
     if not isinstance(entry.value, str):
         raise entry.error("must be a string: the name of a built-in scenario, or the path of a file")
     if entry.value in builtin_texts():

@@ -23,9 +23,6 @@ def curve_from(table: Table, field: Field | None) -> Curve:
     Args:
         table: the table.
         field: the declaration of the curve; None where there is none.
-
-    Raises:
-        ScenarioError: the table, the file or a point is not what it must be.
     """
     if field is None or field.over or not table.has(FULL):
         return points(table, field) if table.has(POINTS) else of_file(table, field)
@@ -51,11 +48,7 @@ def without(table: Table, name: str) -> Table:
 
 
 def of_file(table: Table, field: Field | None) -> Curve:
-    """The curve of a file.
-
-    Raises:
-        ScenarioError: none is named, or it is not what it must be.
-    """
+    """The curve of a file."""
     if not table.has("file"):
         like = f'{{file = "curve.csv", column = "y", {axis_key(field)} = "x"}}'
         raise table.error(f"a file is needed, or points: {like}")
@@ -63,11 +56,7 @@ def of_file(table: Table, field: Field | None) -> Curve:
 
 
 def points(table: Table, field: Field | None) -> Curve:
-    """The curve whose points a table has.
-
-    Raises:
-        ScenarioError: they are none, or a file stands beside them.
-    """
+    """The curve whose points a table has."""
     for name in table.names():
         if name != POINTS:
             raise table.entry(name).error(f"stands beside {table.key(POINTS)}; give one of them")
@@ -84,11 +73,7 @@ def points(table: Table, field: Field | None) -> Curve:
 
 
 def pair(entry: Entry, field: Field) -> tuple[float, float]:
-    """A point, in the units of its declaration.
-
-    Raises:
-        ScenarioError: it is none.
-    """
+    """A point, in the units of its declaration."""
     if not isinstance(entry.value, list) or len(entry.value) != 2:
         raise entry.error(f"must be a pair, as in {example(field)}")
     x, y = entry.value
@@ -96,11 +81,7 @@ def pair(entry: Entry, field: Field) -> tuple[float, float]:
 
 
 def coordinate(entry: Entry, unit: str) -> float:
-    """One number of a point, in a unit.
-
-    Raises:
-        ScenarioError: it is none, or in another unit.
-    """
+    """One number of a point, in a unit."""
     value: Any = entry.value
     if isinstance(value, str):
         try:

@@ -1,6 +1,9 @@
 """Whether what a user's class says of its own arguments can stand: their units, kinds and defaults."""
 
+import ast
 import inspect
+import textwrap
+import traceback
 from functools import cache
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
@@ -8,7 +11,6 @@ from typing import Any, get_args, get_type_hints
 from hydroservo.block import is_block
 from hydroservo.errors import ParameterError, ScenarioError, short
 from hydroservo.field import Field, declared_fields
-from hydroservo.scenario.lines import file_of, line_of
 from hydroservo.scenario.units import check_si
 from hydroservo.validation import TEXT, in_range, number
 
@@ -19,9 +21,6 @@ def check_maker(maker: Any) -> None:
 
     Args:
         maker: a block's class, or a classmethod of it whose arguments are declared as fields.
-
-    Raises:
-        ScenarioError: naming the file, the line, the class, the argument, and what to write.
     """
     cls = maker if isinstance(maker, type) else maker.__self__
     fields, kinds = declared_fields(maker), hints(maker)
@@ -64,3 +63,36 @@ def hints(maker: Any) -> dict[str, Any]:
     return {
         name: get_args(hint)[0] if hasattr(hint, "__metadata__") else hint for name, hint in found.items()
     }
+
+
+def line_of(cls: type, member: str = "") -> int:
+    """The line of a class, or of a field or method of it, in its file; 0 where the text is not there."""
+    try:
+        lines, first = inspect.getsourcelines(cls)
+        tree = ast.parse(textwrap.dedent("".join(lines)))
+    except (OSError, TypeError, SyntaxError):
+        return 0
+    defined = next(node for node in tree.body if isinstance(node, ast.ClassDef))
+    named = {name_of(node): node.lineno for node in defined.body}
+    return first - 1 + (named.get(member, 0) or defined.lineno)
+
+
+def name_of(node: ast.stmt) -> str | None:
+    """The name of a field or method; None of anything else."""
+    if isinstance(node, ast.AnnAssign):
+        return ast.unparse(node.target)
+    return node.name if isinstance(node, ast.FunctionDef) else None
+
+
+def line_reached(error: BaseException, cls: type) -> int:
+    """The last line of a class's file that an error went through; 0 for none."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return next((one.lineno or 0 for one in reversed(frames) if one.filename == file_of(cls)), 0)
+
+
+def file_of(cls: type) -> str:
+    """The file of a class; "" where there is none."""
+    try:
+        return inspect.getsourcefile(cls) or ""
+    except (OSError, TypeError):
+        return ""

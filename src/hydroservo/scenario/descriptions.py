@@ -56,11 +56,7 @@ def role_named(name: str) -> Mapping[str, Maker]:
 
 
 def descriptions(name: str) -> list[Description]:
-    """The types of a name in words; there are several where blocks of different roles share it.
-
-    Raises:
-        ParameterError: there is none of that name.
-    """
+    """The types of a name in words; there are several where blocks of different roles share it."""
     named = [(cls, maker) for cls in known_classes() if (maker := makers(cls).get(name)) is not None]
     if not named and name.lower() == SETTINGS:
         return [Description(SETTINGS, ["table"], plain(Simulation), keys_of(Simulation))]

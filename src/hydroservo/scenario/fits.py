@@ -16,11 +16,7 @@ ROLES: tuple[type, ...] = tuple(
 
 
 def said_roles(cls: type) -> tuple[type, ...]:
-    """The roles that a class says it plays; none where it says nothing.
-
-    Raises:
-        ValueError: it says something that is no role.
-    """
+    """The roles that a class says it plays; none where it says nothing."""
     said = vars(cls).get("role", ()) if "role" not in getattr(cls, "_fields", ()) else ()
     several = said if isinstance(said, tuple) else (said,)
     for one in several:
@@ -49,11 +45,7 @@ def misfit(cls: type, role: type) -> str | None:
 
 
 def check_said(cls: type) -> None:
-    """Refuse a class that has not what the roles that it says ask for, or a hook that cannot be called.
-
-    Raises:
-        ValueError: with the role, the method, and what the method must be.
-    """
+    """Refuse a class that has not what the roles that it says ask for, or a hook that cannot be called."""
     for role in said_roles(cls):
         problem = lacking(cls, role) or wrong_hook(cls, role)
         if problem is not None:

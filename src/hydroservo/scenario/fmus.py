@@ -61,11 +61,7 @@ SIGNALS = {
 
 
 def allow_fmu(path: Path) -> None:
-    """Allow scenarios to name an FMU, whose native code then runs; as for a plug-in, only the user can.
-
-    Raises:
-        ScenarioError: it is no FMU that can be run here.
-    """
+    """Allow scenarios to name an FMU, whose native code then runs; as for a plug-in, only the user can."""
     try:
         allowed.add(read_fmu(path.resolve()).digest)
     except HydroservoError as error:
@@ -83,11 +79,7 @@ def own_keys(role: Any) -> tuple[str, ...]:
 
 
 def fmu_class(role: Any, table: Table) -> type[Block]:
-    """The class of blocks of the FMU that a table describes.
-
-    Raises:
-        ScenarioError: the file is no FMU that can run here or may, or a signal or parameter is not one of it.
-    """
+    """The class of blocks of the FMU that a table describes."""
     if not table.has("file"):
         raise table.error('a file is needed: file = "machine.fmu"')
     entry, signals = table.entry("file"), SIGNALS[role]
@@ -108,11 +100,7 @@ def fmu_class(role: Any, table: Table) -> type[Block]:
 
 
 def fmu_of(entry: Entry) -> Fmu:
-    """The FMU that a scenario's ``file`` names.
-
-    Raises:
-        ScenarioError: it is none that can run here, or the user has not allowed it.
-    """
+    """The FMU that a scenario's ``file`` names."""
     if not isinstance(entry.value, str):
         raise entry.error("must be a string, the name of a file")
     path = (entry.origin.folder / entry.value).resolve()
@@ -131,11 +119,7 @@ def fmu_of(entry: Entry) -> Fmu:
 def check_wires(
     fmu: Fmu, table: Table, inputs: Sequence[Wire], outputs: Sequence[Wire], signals: Signals
 ) -> None:
-    """Refuse an FMU of which nothing is used, or that is given nothing.
-
-    Raises:
-        ScenarioError: it is.
-    """
+    """Refuse an FMU of which nothing is used, or that is given nothing."""
     there = [one.name for one in fmu.variables.values() if one.causality == "input" and one.is_real]
     if not inputs and there:
         names = " or signals.".join(signals.inputs)
@@ -168,11 +152,7 @@ def wires(
 
 
 def named_wire(fmu: Fmu, entry: Entry, signal: str, unit: str, kinds: Sequence[str]) -> Wire:
-    """The wire of a signal to "x", "x [mm]" or "x[2]".
-
-    Raises:
-        ScenarioError: there is no such variable, or not one of the kind.
-    """
+    """The wire of a signal to "x", "x [mm]" or "x[2]"."""
     if not isinstance(entry.value, str):
         raise entry.error("must be a string, the name of a variable of the FMU")
     match = WITH_UNIT.fullmatch(entry.value.strip())
@@ -192,11 +172,7 @@ def named_wire(fmu: Fmu, entry: Entry, signal: str, unit: str, kinds: Sequence[s
 
 
 def factor(variable: Variable, given: str, unit: str, entry: Entry) -> float:
-    """How many of an SI unit one of a variable's unit is; 1 where nothing names one.
-
-    Raises:
-        ScenarioError: the unit has another dimension, cannot be read, or is named twice.
-    """
+    """How many of an SI unit one of a variable's unit is; 1 where nothing names one."""
     if given and variable.unit:
         raise entry.error(f"has the unit {variable.unit} in the FMU already; leave [{given}] out")
     try:
@@ -210,11 +186,7 @@ def factor(variable: Variable, given: str, unit: str, entry: Entry) -> float:
 
 
 def parameters(fmu: Fmu, table: Table, wired: set[str]) -> Iterator[tuple[str, Parameter]]:
-    """What a table of parameters gives, in the FMU's own units.
-
-    Raises:
-        ScenarioError: there is no such parameter, or its value is not of its type.
-    """
+    """What a table of parameters gives, in the FMU's own units."""
     settable = [one.name for one in fmu.variables.values() if one.settable and one.causality in SETTABLE]
     for name, entry in table.entries():
         if name not in settable or name in wired:
@@ -229,11 +201,7 @@ def flattened(value: Any) -> list[Any]:
 
 
 def one_value(variable: Variable, value: Any, entry: Entry) -> float | bool | str:
-    """A number as a variable takes it.
-
-    Raises:
-        ScenarioError: it is not of the variable's type.
-    """
+    """A number as a variable takes it."""
     if variable.kind == "String" and isinstance(value, str):
         return value
     if variable.kind == "Boolean" and isinstance(value, bool):
@@ -248,11 +216,7 @@ def one_value(variable: Variable, value: Any, entry: Entry) -> float | bool | st
 
 
 def with_unit(variable: Variable, value: str, entry: Entry) -> float:
-    """A quantity such as "2 kN/m" in a variable's own unit.
-
-    Raises:
-        ScenarioError: it is none of that dimension.
-    """
+    """A quantity such as "2 kN/m" in a variable's own unit."""
     base = "" if variable.in_base_units == "1" else variable.in_base_units or variable.unit
     try:
         return si_value(value, base) / (variable.factor if variable.in_base_units else 1.0)

@@ -20,10 +20,6 @@ def layered(source: str | Path, changes: Mapping[str, object]) -> Table:
     Args:
         source: a built-in name, or the path of a file.
         changes: values by dotted path.
-
-    Raises:
-        ScenarioError: there is no such scenario or base, one is not TOML, or they build on each other in a
-            circle or in too long a row.
     """
     overriding = nested(changes)
     if BASE in overriding:

@@ -19,14 +19,18 @@ from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
 from hydroservo.scenario.build import Argument, Context, Draft, draft
 from hydroservo.scenario.declared import hints
 from hydroservo.scenario.fmus import names_fmu
-from hydroservo.scenario.full_scale import full_scale_in
 from hydroservo.scenario.layers import layered
-from hydroservo.scenario.log_columns import log_columns, log_ranges
-from hydroservo.scenario.metrics import metrics_in
+from hydroservo.scenario.other_tables import (
+    full_scale_in,
+    log_columns,
+    log_ranges,
+    metrics_in,
+    start_in,
+    start_written_out,
+)
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.search import Search, tune_search
-from hydroservo.scenario.start import start_in, start_written_out
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.scenario.truth import Truth, truth_of
 from hydroservo.validation import consistent
@@ -112,16 +116,12 @@ def assembled(
 
 
 def assembly_of(scenario: Table) -> Assembly:
-    """The loop that tables describe, and what it is made of.
-
-    Raises:
-        ScenarioError: in one line, the file, the key, the value and what is allowed.
-    """
+    """The loop that tables describe, and what it is made of."""
     own = {} if not names_fmu(Plant, scenario.table("plant")) else INSIDE
     drafts = {name: part(scenario, name, default=own.get(name)) for name in Machine._fields}
     machine = Machine(**{name: one.made() for name, one in drafts.items()})
     controls = part(scenario, "controls").made()
-    context = Context(partial(believed_in, machine, scenario), controls.declared())
+    context = Context(partial(believed_in, machine, scenario), controls.declared(), scenario.has("type"))
     drafts |= {name: part(scenario, name, context) for name in DIGITAL}
     digital = {name: drafts[name].made() for name in DIGITAL}
     with answers(scenario):
@@ -164,11 +164,7 @@ def true_machine(
     arguments: Mapping[str, Argument],
     truth: Truth,
 ) -> Loop:
-    """The loop with the machine as it truly is: first what constructors take, then its own numbers.
-
-    Raises:
-        ScenarioError: a deviation leads out of range, or the numbers do not go together.
-    """
+    """The loop with the machine as it truly is: first what constructors take, then its own numbers."""
     blocks = machine._asdict()
     for name in Machine._fields:
         taken = truth.taken(name, arguments)
@@ -206,6 +202,8 @@ def check_tables(scenario: Table) -> None:
     """Refuse tables that a scenario does not have, and one that lacks a block without default."""
     allowed = ("title", *Loop._fields, "uncertainty", "truth", "tune", "identify")
     for name in scenario.names():
+        if name == "type" and scenario.entry(name).value == Loop.__name__:
+            continue  # of the scenario that a result carries
         if name not in allowed:
             raise scenario.entry(name).unknown(name, allowed)
     if scenario.has("title") and not isinstance(scenario.entry("title").value, str):
@@ -220,11 +218,7 @@ def check_tables(scenario: Table) -> None:
 
 
 def believed_in(machine: Machine, scenario: Table) -> DesignModel:
-    """What a law believes of a machine unless told otherwise: its nominal parameters.
-
-    Raises:
-        ScenarioError: the machine does not say what a law needs to know of it.
-    """
+    """What a law believes of a machine unless told otherwise: its nominal parameters."""
     with answers(scenario):
         return believed(machine)
 

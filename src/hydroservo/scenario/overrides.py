@@ -40,11 +40,7 @@ def toml_value(text: str) -> Any:
 
 
 def nested(changes: Mapping[str, object]) -> dict[str, Any]:
-    """Changes by dotted path as nested tables.
-
-    Raises:
-        ScenarioError: a path is none, or leads through a value.
-    """
+    """Changes by dotted path as nested tables."""
     tables: dict[str, Any] = {}
     for path, value in flat(changes, ""):
         *parents, name = path.split(".")

@@ -10,26 +10,28 @@ from hydroservo.block import replace
 from hydroservo.errors import HydroservoError, short
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.batch import How, simulate_part, with_steps
-from hydroservo.runs.cautions import pressure_caution, with_warning
+from hydroservo.runs.cautions import with_warning
+from hydroservo.runs.cautions.every import loop_cautions
+from hydroservo.runs.cautions.pressures import pressure_caution
+from hydroservo.runs.cautions.records import check_records
 from hydroservo.runs.columns import starts, vector
 from hydroservo.runs.fitting import first_state
-from hydroservo.runs.loop_cautions import loop_cautions
 from hydroservo.runs.provenance import describe, provenance, scenario_text, toml
-from hydroservo.runs.record_coverage import check_records
-from hydroservo.runs.results import arrow_table, as_json
+from hydroservo.runs.results import arrow_table
 from hydroservo.runs.run import complete, plan_of, ready
 from hydroservo.runs.step_sizes import hardest
-from hydroservo.scenario.batch_table import table_of_runs
+from hydroservo.scenario.build import Argument
 from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.sampling import Columns, Drawn, Variation, check_size, draws_of, ranges_of
+from hydroservo.show.numbers import as_json
 from hydroservo.validation import checked
-from hydroservo.work.answers import Say
 from hydroservo.work.doing import do
 from hydroservo.work.store import PARTS, Store, manifest_in
-from hydroservo.work.unit import Unit, address
+from hydroservo.work.unit import Say, Unit, address
 
 if TYPE_CHECKING:
     import pyarrow as pa
+    import xarray as xr
 
 MANIFEST = "batch.json"
 STEPS = 10**8  # integration steps of a part: some seconds of a core
@@ -221,11 +223,7 @@ def identity(sampled: Sampled) -> dict[str, Any]:
 
 
 def opened(folder: Path, content: Mapping[str, Any]) -> Store:
-    """The folder of a batch, which goes on if there is something of it.
-
-    Raises:
-        HydroservoError: it holds another batch.
-    """
+    """The folder of a batch, which goes on if there is something of it."""
     wanted = json.loads(json.dumps(content))
     found = manifest_in(folder, MANIFEST)
     if found is None or not any((folder / PARTS).glob("*.parquet")):
@@ -236,3 +234,29 @@ def opened(folder: Path, content: Mapping[str, Any]) -> Store:
             other = f"another {name}" if theirs == ours else f"{name} {theirs}, and not {ours}"
             raise HydroservoError(f"{folder / MANIFEST}: belongs to a batch with {other}; give another --out")
     return Store(folder, MANIFEST, content)
+
+
+def table_of_runs(
+    found: "xr.Dataset", drawn: Drawn, seed: int, arguments: Mapping[str, Argument]
+) -> "xr.Dataset":
+    """The table of a batch, with all that it takes to run each of its runs again.
+
+    Args:
+        found: what ``simulate_batch`` returned.
+        drawn: what each run sets.
+        seed: of the draws.
+        arguments: what constructors take, by path.
+    """
+    deviations = {
+        f"uncertainty.{path}": ("run", column, {"units": "", "long_name": f"relative deviation of {path}"})
+        for path, column in drawn.deviations.items()
+    }
+    taken = {
+        path: ("run", column, {"units": field.unit, "long_name": field.meaning})
+        for path, column in drawn.values.items()
+        if path in arguments and (field := arguments[path].field)
+    }
+    made = [path for path in drawn.parameters if path not in drawn.values]
+    about = {"drawn_with_seed": seed, "varied": as_json(drawn.ranges)}
+    table = found.drop_vars(made).assign(taken | deviations).assign_attrs(about)
+    return table[[*drawn.values, *deviations, *(name for name in found if name not in drawn.parameters)]]

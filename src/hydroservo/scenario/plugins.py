@@ -85,11 +85,7 @@ def pickled(place: str, block: Any) -> tuple[Any, ...]:
 
 
 def restored(place: str, module_name: str, class_name: str, values: tuple[Any, ...]) -> Any:
-    """A plugin's block from its pickle; executes the plugin's file unless this process has loaded it already.
-
-    Raises:
-        ScenarioError: the file cannot be read, or its text is not what it was.
-    """
+    """A plugin's block from its pickle; executes the plugin's file unless this process has already."""
     if module_name not in sys.modules:
         if named_by(read_text(Path(place), LARGEST, place)) != module_name:
             raise ScenarioError(place, "", f"has changed since a {class_name} of it was pickled")
@@ -138,11 +134,7 @@ def executed(text: str, place: Path, module_name: str, name: str) -> ModuleType:
 
 
 def check_role(cls: type, text: str, name: str) -> None:
-    """Refuse a class that has not what the role that it says asks for.
-
-    Raises:
-        ScenarioError: with its line.
-    """
+    """Refuse a class that has not what the role that it says asks for."""
     try:
         check_said(cls)
     except ValueError as error:

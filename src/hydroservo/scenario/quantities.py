@@ -24,9 +24,6 @@ def si_value(text: str, unit: str) -> float:
         text: a number and a unit of the same dimension; a number, or a ratio of two, where ``unit`` is "".
             Where that has V in it, mA or % of command count too as :class:`~.CommandScale` has it.
         unit: the SI unit of the result, as :class:`~hydroservo.field.Field` has it.
-
-    Raises:
-        ValueError: the text is no such quantity; the message says what is wrong with it.
     """
     try:
         return value_of(text.strip().replace("\N{MINUS SIGN}", "-"), unit, command_scale())
@@ -52,9 +49,6 @@ def number_and_unit(text: str, unit: str = "") -> tuple[Fraction, str]:
     Args:
         text: such as "0.25 V/mA".
         unit: the SI unit that an example in the message has.
-
-    Raises:
-        ValueError: it has no number in front.
     """
     match = QUANTITY.fullmatch(text.strip()) if len(text) <= LONGEST else None
     if match is None:
@@ -71,9 +65,6 @@ def unit_factor(text: str, unit: str | None) -> Fraction:
     Args:
         text: the unit; mA and % count as V where commands are in them.
         unit: the SI unit; None for that of the text's own dimension.
-
-    Raises:
-        ValueError: the text is no unit, or one of another dimension.
     """
     return scaled_factor(text, unit, command_scale())
 

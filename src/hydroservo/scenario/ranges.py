@@ -56,9 +56,6 @@ def check_path(path: str, entry: Entry, loop: Loop, arguments: Collection[str]) 
         entry: its range, which an error names.
         loop: the loop that has it.
         arguments: the paths of what constructors take.
-
-    Raises:
-        ScenarioError: there is none at the path, or it is common to all runs.
     """
     if (path in arguments or is_float(loop, path)) and varies(path):
         return
@@ -98,9 +95,6 @@ def both_ends(entry: Entry, field: Field, nominal: float | None) -> tuple[float,
             units, or a :class:`Relative`.
         field: the declaration of the number that it is for.
         nominal: the value that relative ranges are around; None where there is none.
-
-    Raises:
-        ScenarioError: it is no such range, is out of the field's range, or both its ends are the same.
     """
     try:
         ends = ends_of(entry, field, nominal)
@@ -116,12 +110,7 @@ def both_ends(entry: Entry, field: Field, nominal: float | None) -> tuple[float,
 
 
 def ends_of(entry: Entry, field: Field, nominal: float | None) -> tuple[float, float]:
-    """Both ends of a range in SI units, as they are given.
-
-    Raises:
-        ScenarioError: it is no range.
-        ValueError: its ends are not what they must be; the message says why.
-    """
+    """Both ends of a range in SI units, as they are given."""
     value = entry.value
     if isinstance(value, tuple) and len(value) == 2 and all(map(is_number, value)):
         low, high = map(float, value)
@@ -158,9 +147,6 @@ def check_order(low: float, high: float, first: object, last: object) -> None:
         high: its upper end.
         first: what was given for the lower end.
         last: what was given for the upper end.
-
-    Raises:
-        ValueError: they are.
     """
     if low > high:
         raise ValueError(f"{short(first)} is more than {short(last)}, its upper end")
@@ -171,11 +157,7 @@ def is_number(value: object) -> bool:
 
 
 def middle_of(field: Field, nominal: float | None) -> float:
-    """The value that a relative range is around.
-
-    Raises:
-        ValueError: there is none, or none that percentages could be of.
-    """
+    """The value that a relative range is around."""
     if nominal is None:
         raise ValueError("is relative, and there is no value that it could be relative to")
     if nominal in (0.0, field.auto):
@@ -185,11 +167,7 @@ def middle_of(field: Field, nominal: float | None) -> float:
 
 
 def quantities(low: str, high: str, field: Field, nominal: float | None) -> tuple[float, float]:
-    """Two texts in SI units; one unit at the end serves both.
-
-    Raises:
-        ValueError: they are not what they must be; the message says why.
-    """
+    """Two texts in SI units; one unit at the end serves both."""
     if low.startswith("x") and high.startswith("x"):
         factors = value_of(low[1:], ""), value_of(high[1:], "")
         check_order(*factors, low, high)

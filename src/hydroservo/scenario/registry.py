@@ -63,11 +63,7 @@ def makers(cls: type) -> dict[str, Maker]:
 
 
 def maker_in_role(role: type, entry: Entry) -> Maker:
-    """What a ``type`` names, among what makes blocks of a role.
-
-    Raises:
-        ScenarioError: there is none, or more than one.
-    """
+    """What a ``type`` names, among what makes blocks of a role."""
     wanted = entry.value if isinstance(entry.value, str) else ""
     named = [*shipped_makers().get(wanted, ()), *(cls for cls in plugin_classes() if wanted in makers(cls))]
     fitting = [cls for cls in named if misfit(cls, role) is None]

@@ -155,19 +155,12 @@ def variations(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variatio
     Args:
         assembly: the loop that all runs start from, and what it is made of.
         ranges: by path.
-
-    Raises:
-        ScenarioError: in one line, the path, the value and what is allowed.
     """
     return [variation(assembly, path, entry) for path, entry in ranges.items()]
 
 
 def variation(assembly: Assembly, path: str, entry: Entry) -> Variation:
-    """A number that is asked to vary.
-
-    Raises:
-        ScenarioError: in one line, the path, the value and what is allowed.
-    """
+    """A number that is asked to vary."""
     loop, arguments = assembly.loop, assembly.arguments
     check_path(path, entry, loop, arguments)
     nominal = loop._replace(**assembly.nominal._asdict())
@@ -188,11 +181,7 @@ def draws_of(
     seeds: bool = False,
     first: int = 0,
 ) -> Drawn:
-    """As :func:`draws`, of what :func:`variations` made, for the runs from number ``first`` on.
-
-    Raises:
-        ScenarioError: what constructors take changes nothing, does not go together, or makes what is drawn.
-    """
+    """As :func:`draws`, of what :func:`variations` made, for the runs from number ``first`` on."""
     values: dict[str, NDArray[Any]] = {}
     deviations: dict[str, NDArray[Any]] = {}
     for one in varied:
@@ -222,9 +211,6 @@ def check_size(runs: int, seed: int, start: str = "", most: int = MOST) -> None:
         seed: of the draws.
         start: of their names, for the message.
         most: runs that are allowed.
-
-    Raises:
-        ParameterError: one is.
     """
     whole_number(f"{start}runs", runs, 1, most)
     whole_number(f"{start}seed", seed, 0, LARGEST_SEED)
@@ -254,9 +240,6 @@ def parameters_of(
     """The numbers of the loop that follow from those drawn: these, or what constructors make of them.
 
     Of the latter only those that are not the loop's own in all runs, and those of the paths ``always``.
-
-    Raises:
-        ScenarioError: what constructors take changes nothing, does not go together, or makes what is drawn.
     """
     taken = {path: column for path, column in values.items() if path in assembly.arguments}
     own = {path: column for path, column in values.items() if path not in taken}

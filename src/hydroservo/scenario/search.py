@@ -70,9 +70,6 @@ def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) ->
         scenario: all its tables.
         loop: what they describe.
         arguments: what constructors take, by path, which a search cannot set.
-
-    Raises:
-        ScenarioError: in one line, the file, the key, the value and what is allowed.
     """
     table = scenario.table("tune")
     keys = ("vary", "scenarios", *PARTS)
@@ -98,11 +95,7 @@ def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) ->
 
 
 def parts_of(table: Table, loop: Loop) -> dict[str, Any]:
-    """What the table ``[tune]`` of a loop says besides its ranges, checked.
-
-    Raises:
-        ScenarioError: a part of it is not what it must be.
-    """
+    """What the table ``[tune]`` of a loop says besides its ranges, checked."""
     found: dict[str, Any] = {}
     if table.has("scenarios"):
         found["together"] = table.entry("scenarios")
@@ -130,9 +123,6 @@ def searched_range(path: str, entry: Entry, loop: Loop, arguments: Mapping[str, 
         entry: its range, as text.
         loop: whose number it is; percentages are of its value there.
         arguments: what constructors take, by path.
-
-    Raises:
-        ScenarioError: a search may not set it, or there is no such number or range.
     """
     if path.partition(".")[0] not in SEARCHED:
         problem = f"must be in the {' or '.join(SEARCHED)}, which a search may choose"
@@ -161,9 +151,6 @@ def checked_part(name: str, value: object, count: int, loops: Sequence[Loop]) ->
         value: what it is said to be.
         count: how many scenarios are tuned together.
         loops: what they describe.
-
-    Raises:
-        ParameterError: it is not what it must be.
     """
     if name == "weights":
         return checked_weights(value, count, "scenario")
@@ -180,11 +167,7 @@ def checked_part(name: str, value: object, count: int, loops: Sequence[Loop]) ->
 
 
 def checked_scales(value: object) -> tuple[float, ...]:
-    """Scales of an uncertainty.
-
-    Raises:
-        ParameterError: they are none.
-    """
+    """Scales of an uncertainty."""
     found = finite_numbers(value)
     if not found or len(set(found)) < len(found):
         raise ParameterError("scales", value, "must be different numbers")
@@ -192,11 +175,7 @@ def checked_scales(value: object) -> tuple[float, ...]:
 
 
 def checked_limit(name: str, value: object) -> float:
-    """A bound on the margins: a text with its unit, such as "6 dB" or "30 deg"; a number in SI units.
-
-    Raises:
-        ParameterError: it is not one.
-    """
+    """A bound on the margins: a text with its unit, such as "6 dB" or "30 deg"; a number in SI units."""
     unit, field = LIMITS[name], declared_fields(Bounds)[name]
     found = value
     if isinstance(value, str):
@@ -214,11 +193,7 @@ def checked_limit(name: str, value: object) -> float:
 
 
 def factor_of(text: str) -> float:
-    """The factor that a text in decibels is.
-
-    Raises:
-        ValueError: it is not in decibels.
-    """
+    """The factor that a text in decibels is."""
     digits, unit, rest = text.partition("dB")
     if not unit or rest.strip():
         raise ValueError
@@ -226,11 +201,7 @@ def factor_of(text: str) -> float:
 
 
 def checked_switch(name: str, value: object) -> bool:
-    """True or false.
-
-    Raises:
-        ParameterError: it is neither.
-    """
+    """True or false."""
     if not isinstance(value, bool):
         raise ParameterError(name, value, "must be true or false")
     return value

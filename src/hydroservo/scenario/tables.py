@@ -165,11 +165,7 @@ class Table(NamedTuple):
 
 
 def parsed(text: str, name: str) -> dict[str, Any]:
-    """The tables of a TOML text.
-
-    Raises:
-        ScenarioError: it is not TOML, or nested too deeply.
-    """
+    """The tables of a TOML text."""
     if DEEP_KEY.search(text):
         raise ScenarioError(name, "", TOO_DEEP)
     try:

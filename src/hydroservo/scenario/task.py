@@ -60,9 +60,6 @@ def task_of_aim(
         ranges: by path.
         length: number of candidates and seed, where they are said.
         others: arguments that only scenarios can have.
-
-    Raises:
-        ParameterError: there is such a one, or a range is no two numbers in SI units.
     """
     for name, value in others.items():
         raise ParameterError(name, value, "is for scenarios by name; an Aim has its own")
@@ -92,10 +89,6 @@ def task_of(
         changes: values by dotted path that override those of the scenarios.
         plugins: Python files with blocks that they name.
         load: what makes a loop of a scenario.
-
-    Raises:
-        ScenarioError: in one line, the file, the key, the value and what is allowed.
-        ParameterError: a part that is said is not what it must be, or there is nothing to search.
     """
     search = search_of(scenarios, assembled(scenarios[0], changes, plugins), parts)
     assemblies = {one: assembled(one, changes, plugins) for one in search.scenarios}
@@ -135,11 +128,6 @@ def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[s
         scenarios: those that are asked for.
         first: the first of them.
         parts: what is said besides, by its key in ``[tune]``.
-
-    Raises:
-        ScenarioError: the scenarios in ``[tune]`` are others, or it has weights of scenarios that it does
-            not name.
-        ParameterError: a part is not what it must be.
     """
     search, together = first.search, scenarios
     weights = search.weights if len(scenarios) == 1 else ()
@@ -160,11 +148,7 @@ def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[s
 
 
 def check_bounded(search: Search, parts: Mapping[str, object]) -> None:
-    """Refuse a bound on a search that has none.
-
-    Raises:
-        ParameterError: there is one.
-    """
+    """Refuse a bound on a search that has none."""
     for name in LIMITS:
         if name in parts and not search.bounded:
             raise ParameterError(name, parts[name], "is a bound, and the search has none: it is unbounded")
@@ -200,10 +184,6 @@ def ranges_of(
         ranges: what is said of it; none for what ``[tune.vary]`` says.
         search: what that is.
         assemblies: the scenarios that are tuned together.
-
-    Raises:
-        ScenarioError: in one line, the path, the value and what is allowed.
-        ParameterError: there is no range.
     """
     first = next(iter(assemblies.values()))
     asked = {path: searched_range(path, entry, first.loop, first.arguments) for path, entry in ranges.items()}
@@ -232,9 +212,6 @@ def check_together(aim: Aim, scales: Sequence[float], parts: Mapping[str, object
         aim: with the loops of each scenario, scale by scale.
         scales: of the uncertainty.
         parts: what is said of the search beside ``[tune]``.
-
-    Raises:
-        ParameterError: there is such a one.
     """
     try:
         checked_aim(aim)
@@ -245,11 +222,7 @@ def check_together(aim: Aim, scales: Sequence[float], parts: Mapping[str, object
 
 
 def check_scales(scales: Sequence[float], loops: Sequence[Loop]) -> None:
-    """Refuse scales at which a scenario is the same machine.
-
-    Raises:
-        ParameterError: one is.
-    """
+    """Refuse scales at which a scenario is the same machine."""
     count = len(scales) or 1
     for start in range(0, len(loops), count):
         if len({scenario_hash(loop) for loop in loops[start : start + count]}) < count:

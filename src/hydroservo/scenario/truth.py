@@ -57,9 +57,6 @@ class Truth(NamedTuple):
         Args:
             name: which block of the machine it is.
             arguments: what they take in the nominal machine, by path.
-
-        Raises:
-            ScenarioError: a deviation leads out of range.
         """
         start = f"{name}."
         return {
@@ -74,9 +71,6 @@ class Truth(NamedTuple):
         Args:
             block: the block, made of what its constructors truly take.
             name: which block of the machine it is.
-
-        Raises:
-            ScenarioError: a deviation leads out of range.
         """
         start = f"{name}."
         changes = {}
@@ -99,9 +93,6 @@ def truth_of(scenario: Table, machine: Block, arguments: Mapping[str, Argument])
         scenario: all its tables.
         machine: the blocks of the nominal machine, as one block.
         arguments: what constructors take, by path.
-
-    Raises:
-        ScenarioError: a path of no parameter, a deviation that is no number, or a value out of range.
     """
     table = scenario.table("uncertainty")
     scale = number_from(table.entry("scale"), SCALE, float) if table.has("scale") else 1.0
@@ -122,11 +113,7 @@ def truth_of(scenario: Table, machine: Block, arguments: Mapping[str, Argument])
 def checked_entries(
     table: Table, known: Collection[str], scenario: Table, but: Collection[str] = ()
 ) -> Iterator[tuple[str, Entry]]:
-    """What a table says of parameters, with their paths, but for some keys of its own.
-
-    Raises:
-        ScenarioError: a path of no parameter.
-    """
+    """What a table says of parameters, with their paths, but for some keys of its own."""
     for path, entry in table.entries():
         if path in known:
             yield path, entry

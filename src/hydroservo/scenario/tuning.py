@@ -131,10 +131,6 @@ def best_values(
         threads: how many to use.
         progress: called after each generation.
         interrupted: called when an interrupt has ended the search.
-
-    Raises:
-        ParameterError: as :func:`hydroservo.runs.tuning.searched` has it.
-        HydroservoError: with every candidate some run diverged, or none keeps the bounds.
     """
     check_ranges([wired(loop) for loop in checked_loops(task.aim.loops)], task.ranges)
     guard = LoopGuard(task.bounds, task.machines, threads) if task.bounds else None
@@ -142,11 +138,12 @@ def best_values(
     guess = guess_of(task)
     found = searched(aim, ranges, task.candidates, task.seed, threads, progress, guard, guess, interrupted)
     names = task.names or found.names
+    found = found._replace(names=names, aim=aim, ranges=ranges, bounds=task.bounds, typed=task.typed)
     if guard is None:
         loops = zip(names, task.aim.loops, strict=True)
         unstable = [name for name, loop in loops if is_unstable(replace(wired(loop), found.parameters))]
-        return found._replace(names=names, unstable=unstable)
-    return found._replace(names=names, margins=changes_of(task.machines, found.parameters))
+        return found._replace(unstable=unstable)
+    return found._replace(margins=changes_of(task.machines, found.parameters))
 
 
 def guess_of(task: Task) -> dict[str, float]:
@@ -165,11 +162,7 @@ def without_none(**arguments: object) -> dict[str, Any]:
 
 
 def sources(value: object) -> Sequence[str | Path]:
-    """One scenario or several as a list.
-
-    Raises:
-        ParameterError: it is something else.
-    """
+    """One scenario or several as a list."""
     every = value if isinstance(value, list | tuple) else [value]
     found = [one for one in every if isinstance(one, str | Path)]
     if not found or len(found) < len(every):
@@ -177,6 +170,13 @@ def sources(value: object) -> Sequence[str | Path]:
             "aim", value, "must be an Aim, such as Aim([loop]), or scenarios by name or path"
         )
     return found
+
+
+def comments_of(tuned: Tuned) -> list[str]:
+    """Why the values may not be those that the command beside them finds, or may be of no use."""
+    interrupted = f"The search was interrupted after {tuned.candidates:,} candidates."
+    no_better = "They are no better than those of the scenario."
+    return [*([interrupted] if tuned.interrupted else []), *([no_better] if tuned.no_better else [])]
 
 
 def as_toml(parameters: Mapping[str, float], command: str, remarks: Sequence[str] = ()) -> str:

@@ -66,9 +66,6 @@ def factor_and_dimension(text: str) -> tuple[Fraction, Dimension]:
     The grammar is that of "V s/m", "m^3/(s Pa)", "V/(m/s)", "cm2", "Nm", "m^(2/7)/s^(9/7)"; after a stroke,
     more than one name needs brackets. Angles are a dimension of their own, so that 1 Hz, a cycle per second,
     is 2 pi rad/s.
-
-    Raises:
-        ValueError: the text is not a unit; the message says why.
     """
     factor, dimension = Fraction(1), dict[str, Fraction]()
     try:
@@ -133,11 +130,7 @@ def joined_names(name: str) -> list[str]:
 
 
 def base_units(name: str) -> tuple[Fraction, Dimension]:
-    """One unit name as a factor times base units.
-
-    Raises:
-        ValueError: there is no such unit, or it is not proportional to base units.
-    """
+    """One unit name as a factor times base units."""
     return usual_units().get(name) or asked_of_pint(name)
 
 
@@ -153,11 +146,7 @@ def usual_units() -> dict[str, tuple[Fraction, Dimension]]:
 
 @lru_cache(maxsize=1024)
 def asked_of_pint(name: str) -> tuple[Fraction, Dimension]:
-    """What pint knows of one unit name.
-
-    Raises:
-        ValueError: there is no such unit, or it is not proportional to base units.
-    """
+    """What pint knows of one unit name."""
     import pint
 
     if name in ABSOLUTE:
@@ -191,9 +180,6 @@ def check_si(text: str) -> None:
     """Refuse a unit that is not coherent SI, as mm, bar and deg are not.
 
     Hz, a cycle per second, may stand for a frequency, and y for the unit of what a loop controls.
-
-    Raises:
-        ValueError: the text is no unit, or has a name that is not coherent; the message says what to write.
     """
     if all(name == CONTROLLED or is_coherent(name) for name, _ in powers(text)):
         return

@@ -49,11 +49,7 @@ class Entrant(NamedTuple):
 
 
 def cells_of(study: Study) -> list[Cell]:
-    """The cells of a map, its last axis running fastest; one cell named all where there are no axes.
-
-    Raises:
-        ScenarioError: two have one name, such as a-b and c, a and b-c.
-    """
+    """The cells of a map, its last axis running fastest; one cell named all where there are no axes."""
     levels = product(*(axis.levels for axis in study.axes))
     cells = [Cell("-".join(level.name for level in one) or "all", one) for one in levels]
     names = [cell.name for cell in cells]
@@ -64,11 +60,7 @@ def cells_of(study: Study) -> list[Cell]:
 
 
 def entrants_of(study: Study) -> Iterator[Entrant]:
-    """Each law in each cell.
-
-    Raises:
-        ScenarioError: a law does not fit a cell, or does not have the metric or a range of its command.
-    """
+    """Each law in each cell."""
     for cell in cells_of(study):
         laws = [(law, fitting(study, law, cell)) for law in study.laws.values()]
         drawn = conditions_of(study, cell.levels, laws[0][1].assemblies)

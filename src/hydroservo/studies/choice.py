@@ -41,9 +41,6 @@ def reference_points(points: "pd.DataFrame", reference: str, rules: Rules) -> "p
         points: of all laws on validation.
         reference: the law.
         rules: whose margin makes a tie.
-
-    Raises:
-        HydroservoError: a cell has no points of it, or it loses all runs there.
     """
     own = points[points["law"] == reference]
     fewest = own["lost"] == own.groupby("cell", observed=True)["lost"].transform("min")

@@ -13,11 +13,7 @@ JUDGED = [*GAINS, "moved", "split", "condition", "scale", "error", "activity", "
 
 
 def judged_columns(table: "pd.DataFrame") -> "pd.DataFrame":
-    """The columns of a study's table that are judged; an infinite error is a lost run, and nan.
-
-    Raises:
-        HydroservoError: the table is empty, lacks a column, or has an error that is not positive.
-    """
+    """The columns of a study's table that are judged; an infinite error is a lost run, and nan."""
     missing = [name for name in JUDGED if name not in table.columns]
     if missing:
         raise HydroservoError(f"the study's table: no column {', '.join(missing)}")

@@ -52,10 +52,6 @@ def conditions_of(
         levels: of the cell.
         assemblies: the loop of any law for each kind of condition.
 
-    Raises:
-        ScenarioError: a path or range is none or of a law, nothing tells test from training, or a deviation
-            leads out of the range of its number.
-
     Source: Philox4x64-10, Salmon, Moraes, Dror, Shaw 2011, doi:10.1145/2063384.2063405.
     """
     asked = study.conditions
@@ -74,11 +70,7 @@ def conditions_of(
 
 
 def varied(study: Study, levels: Sequence[Level], kind: Kind) -> dict[str, Entry]:
-    """What is drawn for the conditions of a kind, by path.
-
-    Raises:
-        ScenarioError: a path is of a law, which has no part in the conditions that it is judged under.
-    """
+    """What is drawn for the conditions of a kind, by path."""
     found = dict(study.conditions.vary)
     for level in levels:
         found |= level.vary
@@ -132,11 +124,7 @@ def one_kind(study: Study, split: str, which: int, ranges: Mapping[str, Entry], 
 
 
 def stressed(study: Study, one: Variation, assembly: Assembly, deviation: Numbers) -> Numbers:
-    """What a number of the machine is at some deviations.
-
-    Raises:
-        ScenarioError: a deviation leads out of the number's range.
-    """
+    """What a number of the machine is at some deviations."""
     found: Numbers = np.asarray(one.nominal) * (1.0 + deviation)
     field = (
         assembly.arguments[one.path].field
@@ -151,11 +139,7 @@ def stressed(study: Study, one: Variation, assembly: Assembly, deviation: Number
 
 
 def check_apart(study: Study, found: Mapping[str, Mapping[str, Drawn]]) -> None:
-    """Refuse a condition that a law is judged by and was searched under.
-
-    Raises:
-        ScenarioError: there is one.
-    """
+    """Refuse a condition that a law is judged by and was searched under."""
     seen: dict[tuple[object, ...], str] = {}
     for split in SPLITS[:3]:
         for kind, one in found[split].items():

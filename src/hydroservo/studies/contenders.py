@@ -37,11 +37,7 @@ class Contender(NamedTuple):
 
 
 def contender(study: Study, law: Law, levels: Sequence[Level]) -> Contender:
-    """A law as a study has it, on the machine of the cell at some levels of the axes.
-
-    Raises:
-        ScenarioError: it does not fit there, or has nothing to search.
-    """
+    """A law as a study has it, on the machine of the cell at some levels of the axes."""
     own = assembled(law.scenario, {}, study.plugins)
     place = observer_place(study, law, own.loop.controller) if law.observer else ""
     if law.unwrapped and not hasattr(own.loop.controller, "controller"):
@@ -93,11 +89,7 @@ def loops(study: Study, changes: Mapping[str, Any]) -> dict[str, Assembly]:
 
 
 def controller_table(scenario: Table) -> dict[str, Any]:
-    """What a scenario's files say of its law, by path: the layer that names its type, and those above.
-
-    Raises:
-        ScenarioError: none names a law.
-    """
+    """What a scenario's files say of its law, by path: the layer that names its type, and those above."""
     table = scenario.table(LAW)
     named = [i for i, layer in enumerate(table.layers) if "type" in layer.given]
     if not named:
@@ -107,11 +99,7 @@ def controller_table(scenario: Table) -> dict[str, Any]:
 
 
 def observer_place(study: Study, law: Law, controller: Block) -> str:
-    """The path from a law to its observer.
-
-    Raises:
-        ScenarioError: it has none.
-    """
+    """The path from a law to its observer."""
     found = [path for path, block in blocks(controller) if path.rpartition(".")[2] == "observer"]
     if not found:
         raise ScenarioError(study.origin.name, f"laws.{law.name}.observers", "is for a law with an observer")
@@ -145,11 +133,7 @@ def renaming(law: Law) -> Callable[[str], str]:
 
 
 def known_values(study: Study, law: Law, assembly: Assembly) -> dict[str, float]:
-    """What a law knows of the loop and does not set itself, by the path of the number that holds it.
-
-    Raises:
-        ScenarioError: there is no such number of the loop.
-    """
+    """What a law knows of the loop and does not set itself, by the path of the number that holds it."""
     found = {}
     path_of = renaming(law)
     set_by_law = {path_of(path) for path in law.changes}
@@ -168,11 +152,7 @@ def known_values(study: Study, law: Law, assembly: Assembly) -> dict[str, float]
 
 
 def check_field(entry: Entry, kind: str, field: str) -> None:
-    """Refuse a number that no block has.
-
-    Raises:
-        ScenarioError: there is no such type, or it has no such field.
-    """
+    """Refuse a number that no block has."""
     classes = {one.__name__: one for one in (*shipped_classes(), *plugin_classes())}
     if kind not in classes:
         raise entry.error(f"is for a key Type.field, and there is no type {kind!r}{nearest(kind, classes)}")
@@ -183,11 +163,7 @@ def check_field(entry: Entry, kind: str, field: str) -> None:
 
 
 def check_numbers(study: Study, law: Law, assembly: Assembly, paths: Iterable[str]) -> None:
-    """Refuse numbers of a block that a constructor makes: what is found of them could not be set.
-
-    Raises:
-        ScenarioError: one is.
-    """
+    """Refuse numbers of a block that a constructor makes: what is found of them could not be set."""
     for path in paths:
         draft, *names = assembly.drafts[LAW], *path.split(".")[1:-1]
         for name in [*names, ""]:

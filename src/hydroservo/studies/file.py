@@ -27,9 +27,6 @@ def read_study(source: str | Path, changes: Mapping[str, object] | None = None) 
     Args:
         source: the path of a TOML file, or the name of a built-in study such as ``small``.
         changes: values by dotted path that override those of the file.
-
-    Raises:
-        ScenarioError: in one line, the file, the key, the value and what is allowed.
     """
     origin, content = located(source)
     overrides = Layer(Origin(f"{origin.name}, overridden", Path()), nested(changes or {}))
@@ -72,9 +69,6 @@ def study_source(source: str | Path) -> str:
 
     Args:
         source: a built-in name such as ``small``, or the path of a file.
-
-    Raises:
-        ScenarioError: there is no such study, or its file cannot be read.
     """
     return located(source)[1]
 
@@ -88,12 +82,7 @@ def builtin_texts() -> dict[str, str]:
 
 
 def located(source: str | Path) -> tuple[Origin, str]:
-    """Where a study comes from, and its text.
-
-    Raises:
-        ScenarioError: there is no such study, or its file cannot be read.
-        ParameterError: what is given is no name and no path.
-    """
+    """Where a study comes from, and its text."""
     if not isinstance(source, str | Path):
         raise ParameterError("source", source, "must be the name of a study, or the path of a file")
     if str(source) in builtin_texts():
@@ -106,11 +95,7 @@ def located(source: str | Path) -> tuple[Origin, str]:
 
 
 def named(top: Table, section: str) -> Iterator[str]:
-    """The names of the tables in a section.
-
-    Raises:
-        ScenarioError: one is no name.
-    """
+    """The names of the tables in a section."""
     table = top.table(section)
     for name in table.names():
         if not name or set(name) - set(NAME):
@@ -120,21 +105,13 @@ def named(top: Table, section: str) -> Iterator[str]:
 
 
 def scenario_of(table: Table, name: str) -> str | Path:
-    """The scenario that a key names.
-
-    Raises:
-        ScenarioError: there is none.
-    """
+    """The scenario that a key names."""
     text(table, name)
     return named_source(table.entry(name))
 
 
 def machine_of(top: Table) -> str | Path:
-    """The scenario of the machine, which has no law: its gains would show through those that a law leaves.
-
-    Raises:
-        ScenarioError: there is none, or it has a law.
-    """
+    """The scenario of the machine, which has no law: its gains would show through those that a law leaves."""
     found = scenario_of(top, "base")
     if layered(found, {}).table("controller").names():
         raise top.entry("base").error(
@@ -149,11 +126,7 @@ def plugins_of(top: Table) -> list[Path]:
 
 
 def laws_in(top: Table, observers: Sequence[str]) -> Iterator[Law]:
-    """The laws of a file, each with each of the observers that it is to have.
-
-    Raises:
-        ScenarioError: one is not what it must be.
-    """
+    """The laws of a file, each with each of the observers that it is to have."""
     found: dict[str, Law] = {}
     table = top.table("laws")
     for name in named(top, "laws"):
@@ -199,11 +172,7 @@ def changed(law: Law, table: Table) -> Law:
 
 
 def flag(table: Table, name: str, default: bool) -> bool:
-    """Whether a key says true.
-
-    Raises:
-        ScenarioError: it says something else.
-    """
+    """Whether a key says true."""
     if not table.has(name):
         return default
     entry = table.entry(name)
@@ -213,11 +182,7 @@ def flag(table: Table, name: str, default: bool) -> bool:
 
 
 def observer(table: Table) -> ObserverChoice:
-    """An observer that laws are given.
-
-    Raises:
-        ScenarioError: it is not what it must be.
-    """
+    """An observer that laws are given."""
     known_keys(table, ("set", "vary", "drop"))
     changes = changes_in(table, "set")
     if "type" not in changes:
@@ -226,11 +191,7 @@ def observer(table: Table) -> ObserverChoice:
 
 
 def axis(table: Table) -> Axis:
-    """An axis of the map.
-
-    Raises:
-        ScenarioError: it has no levels, or one is not what it must be.
-    """
+    """An axis of the map."""
     known_keys(table, ("label", "levels"))
     levels = table.table("levels")
     name = table.path.rpartition(".")[2]
@@ -241,11 +202,7 @@ def axis(table: Table) -> Axis:
 
 
 def level(table: Table) -> Level:
-    """A level of an axis.
-
-    Raises:
-        ScenarioError: it is not what it must be.
-    """
+    """A level of an axis."""
     known_keys(table, ("label", "value", "set", "vary"))
     name = table.path.rpartition(".")[2]
     value = None
@@ -255,11 +212,7 @@ def level(table: Table) -> Level:
 
 
 def conditions(table: Table) -> Conditions:
-    """What is drawn, and how often; where the file is silent, the defaults.
-
-    Raises:
-        ScenarioError: a part is not what it must be.
-    """
+    """What is drawn, and how often; where the file is silent, the defaults."""
     splits = ("train", "validation", "test")
     known_keys(table, ("seed", *splits, "stress", "stressed", "vary", "kinds"))
     counts = {
@@ -278,21 +231,13 @@ def conditions(table: Table) -> Conditions:
 
 
 def kind(table: Table) -> Kind:
-    """A kind of conditions.
-
-    Raises:
-        ScenarioError: it is not what it must be.
-    """
+    """A kind of conditions."""
     known_keys(table, ("set", "vary"))
     return Kind(table.path.rpartition(".")[2], changes_in(table, "set"), ranges_in(table, "vary"))
 
 
 def search(table: Table) -> Search:
-    """How gains are searched; where the file is silent, the defaults.
-
-    Raises:
-        ScenarioError: a part is not what it must be.
-    """
+    """How gains are searched; where the file is silent, the defaults."""
     known_keys(table, ("candidates", "seeds", "step", "levels", "widen"))
     return Search(
         candidates_in(table),
@@ -304,11 +249,7 @@ def search(table: Table) -> Search:
 
 
 def candidates_in(table: Table) -> int:
-    """The most that a search tries: a power of 2, for a search looks at its front after each.
-
-    Raises:
-        ScenarioError: it is not that.
-    """
+    """The most that a search tries: a power of 2, for a search looks at its front after each."""
     found = whole(table, "candidates", 256, 2**20, 2048)
     if found & (found - 1):
         raise table.entry("candidates").error("must be a power of 2 from 256 on, such as 512 or 4096")
@@ -316,11 +257,7 @@ def candidates_in(table: Table) -> int:
 
 
 def levels_in(table: Table) -> list[float]:
-    """Activities over that of the reference, its own among them.
-
-    Raises:
-        ScenarioError: they are not that.
-    """
+    """Activities over that of the reference, its own among them."""
     found = numbers(table, "levels", 1e-3, 1e3, LEVELS)
     if 1.0 not in found:
         raise table.entry("levels").error("must contain 1, the activity of the reference")
@@ -328,11 +265,7 @@ def levels_in(table: Table) -> list[float]:
 
 
 def step_in(table: Table) -> float | None:
-    """The longest integration step while searching [s]; None, as those of the machine, where it is silent.
-
-    Raises:
-        ScenarioError: it is no time.
-    """
+    """The longest integration step while searching [s]; None, as those of the machine, where it is silent."""
     if not table.has("step"):
         return None
     entry = table.entry("step")
@@ -346,10 +279,6 @@ def step_in(table: Table) -> float | None:
 
 
 def limits(table: Table, most: int) -> int:
-    """Of how many test conditions limits are sought; where the file is silent, of none.
-
-    Raises:
-        ScenarioError: it is no such number.
-    """
+    """Of how many test conditions limits are sought; where the file is silent, of none."""
     known_keys(table, ("conditions",))
     return whole(table, "conditions", 0, most, 0)

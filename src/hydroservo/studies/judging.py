@@ -97,9 +97,6 @@ def evaluate(task: Task, points: Points, split: str) -> Evaluation:
     """How points do under the conditions of a split, these in the order of their groups.
 
     The error of a point that allows no controller is nan.
-
-    Raises:
-        HydroservoError: a condition allows no machine, or the metric is nan in a run that was not lost.
     """
     count = next(iter(points.values())).size
     parts = []
@@ -124,11 +121,7 @@ def evaluate(task: Task, points: Points, split: str) -> Evaluation:
 
 
 def simulated(task: Task, group: Group, points: Points, split: str) -> Evaluation:
-    """The same of one group, all of whose points allow a controller.
-
-    Raises:
-        ParameterError: one does not, or the metric is nan in a run that was not lost.
-    """
+    """The same of one group, all of whose points allow a controller."""
     drawn, loop = group.drawn[split], group.coarse if split == "train" else group.loop
     count, size = next(iter(points.values())).size, drawn.numbers.size
     columns = {path: np.repeat(values, size) for path, values in points.items()}
@@ -147,11 +140,7 @@ def simulated(task: Task, group: Group, points: Points, split: str) -> Evaluatio
 
 
 def command_range(loop: Loop) -> float:
-    """From the least command to the largest [V]: of the law's outermost limiter, or what opens the valve.
-
-    Raises:
-        ParameterError: neither says so.
-    """
+    """From the least command to the largest [V]: of the law's outermost limiter, or what opens the valve."""
     limits = {path: value for path, value in leaves(loop.controller) if path.endswith("saturation.limit")}
     if limits:
         return 2.0 * float(limits[min(limits, key=lambda path: path.count("."))])

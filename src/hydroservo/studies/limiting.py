@@ -43,11 +43,6 @@ def limited(study: Study, entrants: Sequence[Entrant]) -> list[Limited]:
     Args:
         study: the study.
         entrants: each law in each cell, those of a cell one after the other.
-
-    Raises:
-        HydroservoError: CasADi is not installed.
-        ScenarioError: the metric is not what limits are of, a law's command has no limit or one that is
-            searched, or a cell's machine allows no search for its limits.
     """
     if not study.limits:
         return []
@@ -76,11 +71,7 @@ def in_cell(study: Study, entrants: Sequence[Entrant]) -> Iterator[Limited]:
 
 
 def commands(study: Study, entrant: Entrant) -> Iterator[CommandLimits]:
-    """What limits the command of a law, with each kind of condition.
-
-    Raises:
-        ScenarioError: nothing does, or what is searched of the law does.
-    """
+    """What limits the command of a law, with each kind of condition."""
     key = f"laws.{entrant.law.name}"
     for one in entrant.contender.assemblies.values():
         try:
@@ -106,11 +97,7 @@ def loops_under(entrant: Entrant, count: int) -> dict[int, Loop]:
 
 
 def found_by(loop: Loop, command: CommandLimits) -> "pa.Table":
-    """The row of one condition.
-
-    Raises:
-        HydroservoError: CasADi is not installed there, or the solver was lost.
-    """
+    """The row of one condition."""
     import pyarrow as pa
 
     found = machine_limits(loop, command)

@@ -1,14 +1,15 @@
 """Each law of a cell against each other: won by whom, and by what."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
-from hydroservo.studies.holm import corrected
-from hydroservo.studies.losses import fewer_lost
+import numpy as np
+
 from hydroservo.studies.paired import Difference, difference, exponentials
 from hydroservo.studies.rules import Rules
+from hydroservo.studies.standing import fewer_lost
 from hydroservo.studies.trials import Trials
 
 
@@ -130,3 +131,22 @@ def rivals_of(pairs: list[Pair], law: str) -> tuple[list[str], list[str]]:
     beat = [pair.winner for pair in own if pair.winner and pair.winner != law]
     tie = [pair.b if pair.a == law else pair.a for pair in own if not pair.winner]
     return sorted(beat), sorted(tie)
+
+
+def corrected(chances: Sequence[float]) -> list[float]:
+    """Chances, corrected so that below a level is at most that share of studies with any false one.
+
+    In rising order the i-th of m is min(1, max over j <= i of (m - j + 1) p(j)).
+
+    Args:
+        chances: of each finding where there is nothing, in any order.
+
+    Source: Holm 1979, A simple sequentially rejective multiple test procedure, Scandinavian Journal of
+    Statistics 6, 65-70.
+    """
+    plain = np.asarray(chances, dtype=np.float64)
+    order = np.argsort(plain, kind="stable")
+    scaled = plain[order] * np.arange(plain.size, 0, -1)
+    found = np.empty_like(plain)
+    found[order] = np.minimum(np.maximum.accumulate(scaled), 1.0) if plain.size else scaled
+    return [float(one) for one in found]

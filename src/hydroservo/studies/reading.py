@@ -14,22 +14,14 @@ FILE = "file"  # key of a recorded signal
 
 
 def known_keys(table: Table, allowed: Sequence[str]) -> None:
-    """Refuse a key that a table does not have.
-
-    Raises:
-        ScenarioError: naming it and the nearest right one.
-    """
+    """Refuse a key that a table does not have."""
     for name in table.names():
         if name not in allowed:
             raise table.entry(name).unknown(name, allowed)
 
 
 def text(table: Table, name: str, default: str | None = None) -> str:
-    """A text that is not empty.
-
-    Raises:
-        ScenarioError: it is none, or is missing and has no default.
-    """
+    """A text that is not empty."""
     if not table.has(name):
         if default is None:
             raise table.error(f"needs {name}")
@@ -43,11 +35,7 @@ def text(table: Table, name: str, default: str | None = None) -> str:
 def texts(
     table: Table, name: str, allowed: Sequence[str] | None = None, default: Sequence[str] = ()
 ) -> list[str]:
-    """Different texts, of those that are allowed; any if None.
-
-    Raises:
-        ScenarioError: they are not that.
-    """
+    """Different texts, of those that are allowed; any if None."""
     if not table.has(name):
         return list(default)
     entry = table.entry(name)
@@ -63,11 +51,7 @@ def texts(
 
 
 def whole(table: Table, name: str, low: int, high: int, default: int) -> int:
-    """A whole number between two others.
-
-    Raises:
-        ScenarioError: it is none.
-    """
+    """A whole number between two others."""
     if not table.has(name):
         return default
     entry = table.entry(name)
@@ -78,11 +62,7 @@ def whole(table: Table, name: str, low: int, high: int, default: int) -> int:
 
 
 def numbers(table: Table, name: str, low: float, high: float, default: Sequence[float]) -> list[float]:
-    """Different numbers between two others, the smallest first.
-
-    Raises:
-        ScenarioError: they are not that.
-    """
+    """Different numbers between two others, the smallest first."""
     if not table.has(name):
         return list(default)
     entry = table.entry(name)
@@ -98,11 +78,7 @@ def is_real(value: object) -> bool:
 
 
 def finite(entry: Entry) -> float:
-    """A finite number.
-
-    Raises:
-        ScenarioError: it is none.
-    """
+    """A finite number."""
     value = entry.value
     if not is_real(value) or not -LARGEST <= value <= LARGEST:
         raise entry.error(f"must be a number from {-LARGEST:g} to {LARGEST:g}")
@@ -110,11 +86,7 @@ def finite(entry: Entry) -> float:
 
 
 def changes_in(table: Table, name: str) -> dict[str, Any]:
-    """Changes to a scenario by dotted path, as they stand in nested tables or under dotted keys.
-
-    Raises:
-        ScenarioError: it is no table.
-    """
+    """Changes to a scenario by dotted path, as they stand in nested tables or under dotted keys."""
     return {path: entry_value(entry) for path, entry in table.table(name).entries()}
 
 
@@ -125,9 +97,5 @@ def entry_value(entry: Entry) -> Any:
 
 
 def ranges_in(table: Table, name: str) -> dict[str, Entry]:
-    """What varies by path, each as an entry that says where it stands.
-
-    Raises:
-        ScenarioError: it is no table.
-    """
+    """What varies by path, each as an entry that says where it stands."""
     return dict(table.table(name).entries())

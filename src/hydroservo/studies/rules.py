@@ -28,11 +28,7 @@ class Rules(NamedTuple):
 
 
 def checked_rules(rules: Rules) -> Rules:
-    """Rules that can be gone by.
-
-    Raises:
-        ParameterError: one of them is out of its range.
-    """
+    """Rules that can be gone by."""
     for name in ("confidence", "worst"):
         if not 0.0 < getattr(rules, name) < 1.0:
             raise ParameterError(f"rules.{name}", getattr(rules, name), "must lie between 0 and 1")

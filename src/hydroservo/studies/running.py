@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.block import Block
-from hydroservo.html_tables import html_heading, html_table
 from hydroservo.metrics import judged_by
 from hydroservo.runs.fitting import signals_used
+from hydroservo.show.html import html_of
 from hydroservo.studies.asked import Law, Study
 from hydroservo.studies.cells import Cell, Entrant, cells_of, entrants_of, units_of
 from hydroservo.studies.choice import choose_gains, points_of, reference_points, with_gains
@@ -17,6 +17,7 @@ from hydroservo.studies.contenders import blocks
 from hydroservo.studies.file import read_study
 from hydroservo.studies.limiting import limited, table_of_limits
 from hydroservo.studies.properties import properties_in, property_units
+from hydroservo.studies.report.finding import study_finding
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.scenario_files import remove_dropped, seen_from, write_scenarios
 from hydroservo.studies.verdicts import Verdicts, judged
@@ -56,11 +57,8 @@ class Studied(NamedTuple):
         return "\n".join([str(self.manifest["title"]), f"{about} of {self.manifest['reference']}", *lines])
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the best law in each cell at each level of activity."""
-        rows = [(cell, *texts) for cell, texts in self.winners().items()]
-        about = f"{len(self.manifest['laws'])} laws, {len(self.table):,} rows in {self.folder}"
-        levels = [f"{level} times {self.manifest['reference']}'s activity" for level in self.verdicts.levels]
-        return html_heading(str(self.manifest["title"]), about) + html_table(("cell", *levels), rows)
+        """What a notebook shows."""
+        return html_of(study_finding(self))
 
     def winners(self) -> dict[str, list[str]]:
         """The best law in each cell at each level, and with how many it ties."""

@@ -41,9 +41,6 @@ def remove_dropped(folder: Path, before: Mapping[str, Any], now: Mapping[str, An
         folder: the study's.
         before: its manifest as it was; empty if there was none.
         now: as it is.
-
-    Raises:
-        OutputError: something cannot be removed.
     """
     try:
         for name in files_of(before) - files_of(now):

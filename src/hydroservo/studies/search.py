@@ -66,10 +66,6 @@ def search_table(task: Task) -> "pa.Table":
     """The rows of one search: the points of its front under each condition.
 
     All are judged on train and validation, those that are on the front of validation on the other splits.
-
-    Raises:
-        HydroservoError: no candidate allowed a controller, a condition no machine, or the metric is nan in a
-            run that was not lost.
     """
     found = search_front(task)
     members = evenly_spaced(within_window(found.costs, found.window), POINTS)
@@ -96,11 +92,7 @@ def columns_of(points: Sequence[Mapping[str, float]]) -> dict[str, Numbers]:
 
 
 def search_front(task: Task) -> Search:
-    """The points that a search tries, by twice as many each time until its front is still.
-
-    Raises:
-        HydroservoError: no candidate allowed a controller.
-    """
+    """The points that a search tries, by twice as many each time until its front is still."""
     random = np.random.default_rng([task.seed, 1])
     space, widened_by = Space(task.ranges), 0
     window = task.window or (-np.inf, np.inf)

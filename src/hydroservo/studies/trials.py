@@ -36,11 +36,7 @@ class Trials(NamedTuple):
 
 
 def trials_of(runs: "pd.DataFrame") -> Trials:
-    """The runs of one law in one cell at one level, in whatever order they come.
-
-    Raises:
-        HydroservoError: a condition is there twice.
-    """
+    """The runs of one law in one cell at one level, in whatever order they come."""
     ordered = runs.sort_values("condition")
     conditions = ordered["condition"].to_numpy(np.int64)
     if np.unique(conditions).size < conditions.size:
@@ -52,11 +48,7 @@ def trials_of(runs: "pd.DataFrame") -> Trials:
 
 
 def trials_of_cell(runs: "pd.DataFrame") -> dict[str, Trials]:
-    """The runs of all laws of one cell at one level, by law in the order of their names.
-
-    Raises:
-        HydroservoError: as of :func:`trials_of`; or laws met different conditions.
-    """
+    """The runs of all laws of one cell at one level, by law in the order of their names."""
     found = {str(law): trials_of(one) for law, one in runs.groupby("law", observed=True)}
     found = dict(sorted(found.items()))
     first, *others = found.items()

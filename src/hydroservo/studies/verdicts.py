@@ -1,22 +1,20 @@
 """All that a study says: who wins where, by how much, and how sure that is."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.errors import HydroservoError
 from hydroservo.studies.ablation import Ratio, Worth, over_cells, worths
-from hydroservo.studies.cell_verdict import CellVerdict, cell_verdict
+from hydroservo.studies.cell_verdict import CLASSES, Area, CellVerdict, areas, cell_verdict
 from hydroservo.studies.choice import activities_of, choose_gains, level_name, points_of
 from hydroservo.studies.columns import GAINS, judged_columns
 from hydroservo.studies.factors import Effect, effects
 from hydroservo.studies.fronts import LawFront, fronts_of
 from hydroservo.studies.means import FACTORS, means_of
 from hydroservo.studies.multiples import OF_LIMITS
-from hydroservo.studies.plain import plain
 from hydroservo.studies.properties import Properties
-from hydroservo.studies.regret import Area, areas
 from hydroservo.studies.rules import Rules, checked_rules
-from hydroservo.studies.sensing import CLASSES
 from hydroservo.studies.trials import Trials, trials_of
 
 if TYPE_CHECKING:
@@ -156,11 +154,7 @@ def level_verdict(
 
 
 def check_tested(choice: "pd.DataFrame", tests: "pd.DataFrame") -> None:
-    """Refuse gains that were chosen and not tested.
-
-    Raises:
-        HydroservoError: there are some.
-    """
+    """Refuse gains that were chosen and not tested."""
     seen = set(zip(tests["law"], tests["cell"], tests["level"], strict=True))
     for law, cell, level in zip(choice["law"], choice["cell"], choice["level"], strict=True):
         if (law, cell, level) not in seen:
@@ -169,12 +163,7 @@ def check_tested(choice: "pd.DataFrame", tests: "pd.DataFrame") -> None:
 
 
 def checked_laws(manifest: Mapping[str, Any], used: set[str]) -> dict[str, dict[str, str]]:
-    """What the manifest says of the laws that the table has.
-
-    Raises:
-        HydroservoError: it lacks one of them, or does not say what it is, or of which law it lacks a part, or
-            has no such class of sensors.
-    """
+    """What the manifest says of the laws that the table has."""
     found: dict[str, dict[str, str]] = {}
     for name in sorted(used):
         own = manifest.get("laws", {}).get(name)
@@ -200,3 +189,14 @@ def prices_over(cells: Mapping[str, CellVerdict], rules: Rules) -> dict[str, Rat
             ratio = (one.ratio, one.low, one.high)
             found.setdefault(f"{one.without} over {one.with_it}", {})[cell] = ratio
     return {name: over_cells(ratios, rules.confidence) for name, ratios in sorted(found.items())}
+
+
+def plain(value: Any) -> Any:
+    """Records as objects, and what is no number or infinite as null."""
+    if hasattr(value, "_asdict"):
+        return plain(value._asdict())
+    if isinstance(value, Mapping):
+        return {str(name): plain(one) for name, one in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -2,10 +2,12 @@
 
 import inspect
 import math
+import struct
 from collections.abc import Callable, Sequence
 from functools import cache, lru_cache
 from typing import Any
 
+import numpy as np
 from hypothesis.strategies import SearchStrategy
 
 from hydroservo.block import Block, is_block, leaves
@@ -13,7 +15,6 @@ from hydroservo.engine.compiling import compiled
 from hydroservo.engine.native import CompileError
 from hydroservo.roles import Monitor, Sensors
 from hydroservo.sensors.missing import missing_signals
-from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case
 from hydroservo.testing.drawing import ORDINARY, WIDE, arguments, block_of
 
@@ -23,6 +24,8 @@ MAY_BE_INFINITE = {"init", "next_jump"}  # there may be no jump
 Draw = Callable[..., Any]
 Method = Callable[..., Any]
 Run = tuple[Block, list[list[Any]]]  # a block, and the arguments of successive calls of a method
+
+CANONICAL_NAN = struct.pack("<d", float("nan"))
 
 
 def check_kinds(case: Case, draw: Draw) -> None:
@@ -121,11 +124,7 @@ def check_compiled(case: Case, draw: Draw) -> None:
 
 
 def compiled_results(case: Case, block: Block, name: str, inputs: Sequence[Sequence[Any]]) -> list[Any]:
-    """What a compiled method gives.
-
-    Raises:
-        ContractError: it cannot be compiled, with the line that is the reason.
-    """
+    """What a compiled method gives."""
     try:
         return results(compiled_method(case.cls, name), block, name, inputs)
     except CompileError as error:
@@ -166,3 +165,19 @@ def all_bits(values: Any) -> Any:
 
 def shown(row: Sequence[Any]) -> str:
     return ", ".join(map(repr, row))
+
+
+def bits(value: Any) -> Any:
+    """What makes a number, an array, a block or a state the same to the last bit; all nan are one."""
+    if is_block(value):
+        return type(value).__name__, tuple((path, bits(leaf)) for path, leaf in leaves(value))
+    if isinstance(value, np.ndarray):
+        return value.shape, value.dtype.str, value.tobytes()
+    if isinstance(value, float):
+        return CANONICAL_NAN if math.isnan(value) else struct.pack("<d", value)
+    return type(value), value
+
+
+def numbers(value: Any) -> list[float]:
+    """Every number in a result."""
+    return [number for _, number in leaves(value)] if is_block(value) else [value]

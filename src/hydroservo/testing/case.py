@@ -10,8 +10,8 @@ from hydroservo.block import Block
 from hydroservo.controlled import Velocity
 from hydroservo.plants import DesignModel
 from hydroservo.roles import Monitor
+from hydroservo.scenario.declared import file_of, line_of
 from hydroservo.scenario.fits import role_methods, roles_of, said_roles
-from hydroservo.scenario.lines import file_of, line_of
 from hydroservo.testing.examples import EXAMPLES, example
 from hydroservo.wiring import with_model, with_signal
 
@@ -81,9 +81,6 @@ def case_of(block: Any, role: type | None = None) -> Case:
     Args:
         block: the block or its class.
         role: in which it is asked; the one that it says, or whose methods it has, if None.
-
-    Raises:
-        ContractError: the class has no defaults, or the role is not clear.
     """
     cls = block if isinstance(block, type) else type(block)
     asked = example_of(block) if isinstance(block, type) else block

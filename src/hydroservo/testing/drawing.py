@@ -251,11 +251,7 @@ def arguments(draw: Any, block: Block, role: type, name: str, ordinary: bool) ->
 
 @cache
 def argument(role: type, name: str, ordinary: bool) -> SearchStrategy[Any]:
-    """Values of an argument of a role's methods.
-
-    Raises:
-        LookupError: the contract does not know the argument.
-    """
+    """Values of an argument of a role's methods."""
     spread = ORDINARY if ordinary else WIDE
     if name in MADE:
         return MADE[name](spread)

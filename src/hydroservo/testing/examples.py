@@ -311,9 +311,6 @@ def example(cls: type[Example], *args: Any, **changes: Any) -> Example:
         cls: a class of blocks, or a loop's.
         args: values of its first fields.
         changes: values of others, by their names.
-
-    Raises:
-        TypeError: the class has no example and no defaults, or not such a field.
     """
     if cls not in EXAMPLES:
         return cast("Example", cls(*args, **changes))

@@ -30,11 +30,7 @@ class Question(NamedTuple):
 
 
 def behaviour() -> ModuleType:
-    """The questions that draw random numbers.
-
-    Raises:
-        HydroservoError: hypothesis, which draws them, is not there.
-    """
+    """The questions that draw random numbers."""
     try:
         from hydroservo.testing import behaviour as found
     except ModuleNotFoundError as error:
@@ -91,9 +87,6 @@ def ask(question: Question, case: Case, **settings: Any) -> str:
 
     Returns:
         What of it was not tried; "" if nothing.
-
-    Raises:
-        ContractError: the block is not so. What its methods raise comes through.
     """
     with np.errstate(all="ignore"):  # what a block makes of odd inputs is for the questions to judge
         return (

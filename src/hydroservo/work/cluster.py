@@ -13,8 +13,7 @@ from typing import Any
 
 from hydroservo._version import __version__
 from hydroservo.errors import HydroservoError, clipped
-from hydroservo.work.answers import Answer, Failure, Say, answer_to
-from hydroservo.work.unit import Unit
+from hydroservo.work.unit import Answer, Failure, Say, Unit, answer_to
 
 PATIENCE = 10  # s, for a scheduler to answer
 AHEAD = 3  # units that each thread of a worker is given, so that it never waits for the next
@@ -34,9 +33,6 @@ def on_scheduler(units: Sequence[Unit], address: str, say: Say) -> Generator[tup
         units: what is to be done.
         address: of the scheduler, such as ``tcp://head:8786``.
         say: is told when there are no workers.
-
-    Raises:
-        HydroservoError: ``distributed`` is not installed, no scheduler answers there, or it is gone.
     """
     if find_spec("distributed") is None:
         raise HydroservoError(MISSING)
@@ -102,11 +98,7 @@ class Threads:
 
 @contextmanager
 def connected(address: str) -> Iterator[Any]:
-    """A client of a scheduler.
-
-    Raises:
-        HydroservoError: none answers there.
-    """
+    """A client of a scheduler."""
     from distributed import Client
 
     check_scheduler(address)
@@ -118,11 +110,7 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def check_scheduler(address: str) -> None:
-    """Ask what listens at an address what it is, from a thread of its own: a notebook's has a loop already.
-
-    Raises:
-        HydroservoError: it is no scheduler, or nothing answers.
-    """
+    """Ask what listens at an address what it is, from another thread: a notebook's has a loop already."""
     try:
         with ThreadPoolExecutor(1) as pool:
             kind = pool.submit(lambda: asyncio.run(asyncio.wait_for(kind_of(address), PATIENCE))).result()

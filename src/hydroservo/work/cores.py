@@ -12,9 +12,6 @@ def checked_count(count: int | None, name: str) -> int:
     Args:
         count: asked for; None for all cores.
         name: of the argument, for the message.
-
-    Raises:
-        ParameterError: it is not a whole number from 1 on.
     """
     if count is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -6,11 +6,10 @@ from threading import Event
 
 from hydroservo._version import __version__
 from hydroservo.errors import HydroservoError, clipped
-from hydroservo.work.answers import Answer, Failure, Say, answer_to
 from hydroservo.work.cores import checked_count
 from hydroservo.work.processes import in_processes
 from hydroservo.work.store import Store
-from hydroservo.work.unit import Unit
+from hydroservo.work.unit import Answer, Failure, Say, Unit, answer_to
 
 MOST_SAID = 10  # failures that are said as they happen
 
@@ -44,13 +43,6 @@ def do(
         say: is told, in a line each, of damaged parts, of workers that ended, and of the first units that
             failed.
         stop: once it is set, no more is done.
-
-    Raises:
-        UnitsError: some units failed.
-        OutputError: a table cannot be written.
-        ParameterError: a number of workers below 1.
-        HydroservoError: no scheduler answers, or ``distributed`` is not installed.
-        RuntimeError: a unit stumbled over a defect.
     """
     count = checked_count(workers, "workers")
     for part in store.damaged:
@@ -92,11 +84,7 @@ def answers(
 
 
 def failed(unit: Unit, failure: Failure) -> str:
-    """What is to be said of a unit that failed.
-
-    Raises:
-        RuntimeError: it is a defect.
-    """
+    """What is to be said of a unit that failed."""
     if failure.defect:
         raise RuntimeError(f"{unit.name}: {failure.text}")
     return f"{unit.name}: {failure.text}"

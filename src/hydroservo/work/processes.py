@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 
 from hydroservo._version import __version__
 from hydroservo.outputs import temporary_folder
-from hydroservo.work.answers import Answer, Failure, Say, answer_to
-from hydroservo.work.unit import Unit
+from hydroservo.work.unit import Answer, Failure, Say, Unit, answer_to
 
 MOST_DEATHS = 3  # of processes that did one unit, which then is taken for their cause
 BLAS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")

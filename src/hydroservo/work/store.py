@@ -91,11 +91,7 @@ class Store:
         return {found[1] for name in names if (found := NAME.fullmatch(name))}
 
     def keep(self, keys: Iterable[str]) -> None:
-        """Have the parts of these units in the dataset, and of no other; the rest wait beside it.
-
-        Raises:
-            OutputError: they cannot be moved.
-        """
+        """Have the parts of these units in the dataset, and of no other; the rest wait beside it."""
         wanted, others = set(keys), self.folder / OTHERS
         try:
             for key in self.keys() - wanted:
@@ -112,11 +108,7 @@ class Store:
         return self.keys() - {one.stem for one in self.damaged}
 
     def write(self, key: str, table: "pa.Table") -> None:
-        """Keep the table of a unit, on the disk once this returns.
-
-        Raises:
-            OutputError: it cannot be written; then nothing of it is there.
-        """
+        """Keep the table of a unit, on the disk once this returns."""
         with staged(self.folder) as stage:
             file = stage / self.parts.name / f"{key}.parquet"
             file.parent.mkdir()
@@ -135,20 +127,13 @@ class Store:
         Args:
             keys: their addresses; all of them are done.
             columns: which columns to read; all if None.
-
-        Raises:
-            HydroservoError: a part is not there, or is damaged.
         """
         import pyarrow as pa
 
         return pa.concat_tables([self.read(key, columns) for key in keys])
 
     def read(self, key: str, columns: Sequence[str] | None = None) -> "pa.Table":
-        """The table of one unit.
-
-        Raises:
-            HydroservoError: its part is not there, or is damaged.
-        """
+        """The table of one unit."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -164,11 +149,7 @@ class Store:
 
 
 def manifest_in(folder: Path | str, name: str) -> dict[str, Any] | None:
-    """What the manifest in a folder says besides the versions; None if there is none.
-
-    Raises:
-        HydroservoError: it is that of another version, or cannot be read.
-    """
+    """What the manifest in a folder says besides the versions; None if there is none."""
     file = Path(folder) / name
     if exists(file) and (problem := irregularity(file, MOST_MANIFEST)):
         raise HydroservoError(f"{file}: {problem}; give another --out")

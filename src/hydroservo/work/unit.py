@@ -4,14 +4,19 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, NamedTuple
+from traceback import format_exc
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from hydroservo.errors import ParameterError
+from hydroservo._version import __version__
+from hydroservo.errors import HydroservoError, ParameterError, system_problem
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 DIGITS = 24  # of an address, 96 bits: among a billion units no two are alike
+
+Answer: TypeAlias = "pa.Table | Failure"
+Say = Callable[[str], None]  # a line of what a user should know
 
 
 class Unit(NamedTuple):
@@ -37,9 +42,6 @@ def address(what: Mapping[str, Any]) -> str:
     Args:
         what: all that the table of a unit depends on: mappings with texts as keys, sequences, texts, numbers,
             True, False and None.
-
-    Raises:
-        ParameterError: something else is in it, or a number that is not finite.
     """
     text = json.dumps(plain(what, ""), sort_keys=True, separators=(",", ":"), allow_nan=False)
     return sha256(text.encode()).hexdigest()[:DIGITS]
@@ -63,3 +65,34 @@ def plain(value: Any, path: str) -> Any:
     raise ParameterError(
         path, value, "must be a string, a finite number, True, False, None, or groups of them"
     )
+
+
+class Failure(NamedTuple):
+    """Why a unit has no table.
+
+    Attributes:
+        text: in one line, or the traceback of a defect.
+        defect: whether it is nothing that a user can mend.
+    """
+
+    text: str
+    defect: bool = False
+
+
+def answer_to(do: "Callable[[], pa.Table]", version: str) -> Answer:
+    """What a unit comes to, here.
+
+    Args:
+        do: computes its table.
+        version: of hydroservo, where the unit was made.
+    """
+    if version != __version__:
+        return Failure(f"a worker has version {__version__} of hydroservo, and this is version {version}")
+    try:
+        return do()
+    except HydroservoError as error:
+        return Failure(str(error))
+    except OSError as error:
+        return Failure(system_problem(error))
+    except Exception:  # whatever it is, it goes back to whoever asked
+        return Failure(format_exc(), defect=True)

@@ -46,8 +46,8 @@ def rows_of(text):
     return {row[0].strip(): [cell.strip() for cell in row[1:]] for row in (line.split("│") for line in lines)}
 
 
-def replay_in(text, start="with these values: "):
+def replay_in(text, start="With these values: "):
     """The words of the command that replays what was found."""
-    (line,) = (line for line in text.splitlines() if line.startswith("with these values"))
+    (line,) = (line for line in text.splitlines() if line.startswith("With these values"))
     assert line.startswith(start)
     return shlex.split(line.removeprefix(start))

@@ -35,7 +35,8 @@ def test_monitors_are_called_after_their_classes() -> None:
 def test_a_metric_that_another_gives_already_has_its_monitors_name_before_it() -> None:
     watching = {"loose": StepResponse(0.2), "tight": StepResponse(0.01), "rise": RiseTime()}
     assert list(declared_metrics(watching)) == [
-        *("settling_time", "overshoot", "tight_settling_time", "tight_overshoot", "rise_time"),
+        *("settling_time", "overshoot", "demand_reach", "demand_jumps"),
+        *("tight_settling_time", "tight_overshoot", "tight_demand_reach", "tight_demand_jumps", "rise_time"),
         *("diverged", "diverged_at"),
     ]
 

@@ -77,4 +77,5 @@ def test_a_batch_has_the_metrics_that_are_asked_for() -> None:
     table = simulate_batch(SHORT, {"plant.mass": [5.0, 6.0]}, metrics=[RiseTime(), StepResponse()])
     assert isinstance(table, xr.Dataset)
     found = [str(name) for name, one in table.data_vars.items() if one.attrs.get("kind") == "metric"]
-    assert found == ["rise_time", "settling_time", "overshoot", "diverged", "diverged_at"]
+    steps = ["settling_time", "overshoot", "demand_reach", "demand_jumps"]
+    assert found == ["rise_time", *steps, "diverged", "diverged_at"]

@@ -5,11 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from hydroservo.studies.best import NONE, best_of
+from hydroservo.studies.cell_verdict import NONE, Area, areas, best_of, prices, ranks, regrets
 from hydroservo.studies.pairs import pairs_of
-from hydroservo.studies.regret import Area, areas, regrets
 from hydroservo.studies.rules import Rules
-from hydroservo.studies.sensing import prices, ranks
 from hydroservo.studies.standing import standing_of
 from tools.planted import trials, with_lost
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from hydroservo.studies.ablation import over_cells
-from hydroservo.studies.draws import drawn_mean, weights
 from hydroservo.studies.factors import effects
-from hydroservo.studies.means import means_of
+from hydroservo.studies.means import drawn_mean, means_of, weights
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.trials import Trials
 from tools.planted import Spreads, trials, with_lost

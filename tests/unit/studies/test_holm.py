@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from hydroservo.studies.holm import corrected
+from hydroservo.studies.pairs import corrected
 
 
 def test_printed_example():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from hydroservo.studies.losses import fewer_lost, lost_share
+from hydroservo.studies.standing import fewer_lost, lost_share
 
 
 def on(conditions, count=200):

@@ -9,15 +9,15 @@ from hydroservo import load_scenario
 from hydroservo.block import replace, value_at
 from hydroservo.linear import Margins, margins
 from hydroservo.studies.law_margins import LawMargins, law_margins, least
-from hydroservo.studies.on_target import ENDLESS, UNTRANSLATED, OnTarget, on_target
-from hydroservo.studies.plain import plain
-from hydroservo.studies.properties import Properties
+from hydroservo.studies.properties import ENDLESS, UNTRANSLATED, OnTarget, Properties, on_target
+from hydroservo.studies.report.cell_tables import cell_tables
 from hydroservo.studies.report.findings import findings
 from hydroservo.studies.report.folder import write_report
+from hydroservo.studies.report.law_tables import law_tables
 from hydroservo.studies.report.pictures import pictures
 from hydroservo.studies.report.sentences import sentences
 from hydroservo.studies.rules import Rules
-from hydroservo.studies.verdicts import judged
+from hydroservo.studies.verdicts import judged, plain
 from tests.support.export.small_laws import law
 from tests.support.study_data import made_up_manifest, made_up_table, part_of
 
@@ -108,9 +108,17 @@ def test_a_report_shows_margins_and_prices_and_says_what_has_none(tmp_path) -> N
     assert "In small motions 2 of the 6 pairs of law and cell are not linear, and 0 unstable" in said
     write_report(table, manifest, verdicts, tmp_path)
     page = (tmp_path / "report.html").read_text("utf-8")
-    assert page.count('colspan="5">not linear</td>') == len(CELLS)
+    assert page.count('<td class="quiet">not linear</td>') == len(CELLS)
     assert page.count('<td class="n">1,234</td>') == len(CELLS) + 1
-    assert page.count('<td class="n">not linear in 2</td>') == 1
+    _, prices = law_tables(found)
+    columns = [column.heading for column in prices.columns]
+    counts = {row[0].value: row[columns.index("not linear")].value for row in prices.rows}
+    assert counts == dict.fromkeys(LAWS, 0) | {LAWS[2]: len(CELLS)}
+    rows = {row[0].value: row for row in cell_tables(found, CELLS[0])[-1].rows}
+    assert [cell.value for cell in rows[LAWS[0]][2:6]] == [1, 3, 0.0, 3.0]
+    assert rows[LAWS[0]][9].value == 20.0 * math.log10(1.6)
+    assert all(math.isnan(cell.value) for cell in rows[LAWS[2]][4:10])
+    assert [cell.value for cell in rows[LAWS[1]][10:]] == [12, 30, 4, 2, 64, 216]
     levels = json.loads((tmp_path / "verdicts.json").read_text("utf-8"))["levels"]
     cell = levels["1"]["cells"][CELLS[0]]
     assert cell["properties"][LAWS[2]]["margins"]["nonlinear"] == "it switches"

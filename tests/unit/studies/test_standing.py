@@ -5,10 +5,9 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from hydroservo.studies.cell_verdict import kind_ratios
+from hydroservo.studies.cell_verdict import kind_ratios, survived
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.standing import standing_of
-from hydroservo.studies.stress import survived
 from hydroservo.studies.trials import Trials
 from tools.planted import with_lost
 

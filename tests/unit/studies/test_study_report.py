@@ -1,28 +1,34 @@
 """The report on a study: one page that says what the verdicts say, the same bytes for the same study."""
 
+import csv
 import html
 import json
 import re
 import shlex
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from hydroservo.formatting import NONE, number
-from hydroservo.reports.decimal_commas import decimal_commas
-from hydroservo.reports.journal import Journal
-from hydroservo.runs.results import foreign_files
+from hydroservo.formatting import brief
+from hydroservo.show.html import html_of
+from hydroservo.show.journal import Journal, decimal_commas
+from hydroservo.show.numbers import foreign_files
+from hydroservo.show.table import texts_of
+from hydroservo.show.terminal import show_finding
 from hydroservo.studies.ablation import Ratio
 from hydroservo.studies.choice import choose_gains
 from hydroservo.studies.columns import GAINS, judged_columns
+from hydroservo.studies.report.cell_tables import cell_tables
 from hydroservo.studies.report.commands import conditions_in, repeats
+from hydroservo.studies.report.finding import study_finding
 from hydroservo.studies.report.findings import findings, grid_of
 from hydroservo.studies.report.folder import write_report
+from hydroservo.studies.report.law_tables import law_tables
 from hydroservo.studies.report.pictures import pictures
 from hydroservo.studies.report.sentences import lead, sentences
-from hydroservo.studies.report.tables import law_rows
+from hydroservo.studies.report.tables import front_table
 from hydroservo.studies.rules import Rules
+from hydroservo.studies.running import Studied
 from hydroservo.studies.verdicts import judged
 from tests.support.study_data import (
     made_up_limits,
@@ -83,7 +89,8 @@ def test_the_folder_holds_the_page_and_each_picture(folder, study):
     assert names == ["fronts", "map", "factorial", "parts", "limit"]
     files = [f"pictures/{name}.{ending}" for name in names for ending in ("png", "svg")]
     written = contents(folder)
-    tables = ["fronts", *(f"laws-{level}" for level in LEVELS), *(f"cell-{cell}" for cell in CELLS)]
+    tables = ["fronts", *(f"{kind}-{level}" for level in LEVELS for kind in ("laws", "prices"))]
+    tables += [f"{kind}-{cell}" for cell in CELLS for kind in ("cell", "limits")]
     files += [f"tables/{name}.{ending}" for name in tables for ending in ("csv", "tex")]
     assert sorted(name for name in written if "conditions" not in name) == sorted(
         ["report.html", "verdicts.json", "metrics.json", *files]
@@ -94,11 +101,123 @@ def test_the_folder_holds_the_page_and_each_picture(folder, study):
     assert all(level["cells"].keys() == set(CELLS) for level in found["levels"].values())
 
 
-def test_tables_have_what_the_page_shows(folder, page):
+def tables_of(found):
+    """The tables of the page."""
+    levels = [found._replace(level=level) for level in LEVELS]
+    return [
+        *(one for level in levels for one in law_tables(level)),
+        *(one for cell in CELLS for one in cell_tables(found, cell)),
+    ]
+
+
+def test_tables_have_what_the_page_shows(folder, study, page):
     shown = text_of(page)
-    for file in (folder / "tables").glob("*-*.csv"):
-        for row in pd.read_csv(file, dtype=str, keep_default_na=False).itertuples(index=False, name=None):
-            assert " ".join(row) in shown
+    tables = tables_of(findings(study[0], study[2]))
+    assert len(tables) == 2 * (len(LEVELS) + len(CELLS))
+    for table in tables:
+        texts = texts_of(table)
+        assert all(" ".join(row) in shown for row in [texts.headings, *texts.rows])
+        with (folder / "tables" / f"{table.name}.csv").open(encoding="utf-8") as file:
+            _, *rows = csv.reader(file)
+        assert rows == [[exact_text(cell.value) for cell in row] for row in table.rows]
+
+
+def exact_text(value):
+    """A number with all digits; empty where there is none."""
+    return value if isinstance(value, str) else "" if np.isnan(value) else repr(value)
+
+
+def rows_of(table):
+    """The numbers of a table, by law and heading."""
+    names = [column.heading for column in table.columns]
+    return {row[0].value: dict(zip(names, (cell.value for cell in row), strict=True)) for row in table.rows}
+
+
+def test_cells_of_tables_are_the_numbers_of_verdicts(study):
+    manifest, _, verdicts = study
+    found = findings(manifest, verdicts)
+    laws, _ = law_tables(found)
+    for law, row in rows_of(laws).items():
+        ratio = found.to_reference(law)
+        if np.isfinite(ratio.value):
+            assert (row["error"], row["error low"], row["error high"]) == ratio
+        else:
+            assert np.isnan([row["error"], row["error low"], row["error high"]]).all()
+    for name, cell in verdicts.levels["1"].cells.items():
+        own, limits = map(rows_of, cell_tables(found, name))
+        assert own.keys() == limits.keys() == set(LAWS)
+        for law, one in cell.standings.items():
+            row = own[law]
+            assert (row["error"], row["error low"], row["error high"]) == one[:3]
+            assert (row["tail"], row["activity"]) == (one.tail, one.activity)
+            assert row["lost runs high"] == 100.0 * one.lost.high
+            assert limits[law]["runs"] == cell.limit.laws[law].runs
+    fronts = front_table(found)
+    points = [one for own in verdicts.fronts.values() for law in own.values() for one in law.points]
+    assert [row[4].value for row in fronts.rows] == [one.error for one in points]
+
+
+def test_a_table_has_one_unit_for_its_errors(study):
+    manifest, _, verdicts = study
+    found = findings({**manifest, "unit": "N"}, verdicts)
+    far = found._replace(verdicts=with_errors(verdicts, 1e7))
+    for view, unit in ((found, "[N]"), (far, "[kN]")):
+        headings = texts_of(cell_tables(view, CELLS[0])[0]).headings
+        assert sum(one.endswith(unit) for one in headings) == 4
+    (table, *_) = study_finding(Studied(None, manifest, [], None, verdicts)).tables
+    assert {row[-2] for row in texts_of(table).rows} == {"mm/s"}
+
+
+def with_errors(verdicts, factor):
+    """The verdicts, with all errors of cells that many times as large, and the lower ends small."""
+    cells = {
+        name: cell._replace(
+            standings={
+                law: one._replace(error=factor * one.error, tail=factor * one.tail)
+                for law, one in cell.standings.items()
+            }
+        )
+        for name, cell in verdicts.levels["1"].cells.items()
+    }
+    return with_cells(verdicts, **cells)
+
+
+def test_the_best_law_and_its_ties_are_marked(study):
+    manifest, _, verdicts = study
+    found = findings(manifest, verdicts)
+    for name, cell in verdicts.levels["1"].cells.items():
+        marks = {row[0].value: {one.mark for one in row} for row in cell_tables(found, name)[0].rows}
+        assert {law for law, mark in marks.items() if mark == {"best"}} == set(filter(None, [cell.best.law]))
+        assert {law for law, mark in marks.items() if mark == {"good"}} == set(cell.best.ties) - {
+            cell.best.law
+        }
+
+
+def test_a_study_says_the_error_of_each_law_at_each_level(study, folder, capsys):
+    manifest, table, verdicts = study
+    finding = study_finding(Studied(folder, manifest, table, None, verdicts))
+    assert finding.numbers == {"title": manifest["title"], **verdicts.as_dict()}
+    assert [one.name for one in finding.tables] == [f"activity-{cell}" for cell in CELLS]
+    for cell, one in zip(CELLS, finding.tables, strict=True):
+        assert [row[0].value for row in one.rows] == sorted(
+            LAWS,
+            key=lambda law, cell=cell: min(
+                level.cells[cell].standings[law].error for level in verdicts.levels.values()
+            ),
+        )
+        for law, *errors, _, lost in one.rows:
+            standings = [level.cells[cell].standings[law.value] for level in verdicts.levels.values()]
+            assert [error.value for error in errors] == [each.error for each in standings]
+            assert lost.value == 100.0 * max(each.lost.value for each in standings)
+            ties = [law.value in level.cells[cell].best.ties for level in verdicts.levels.values()]
+            assert [error.mark == "best" for error in errors] == ties
+    assert finding.lead[0].lead == lead(findings(manifest, verdicts))
+    show_finding(finding)
+    shown = capsys.readouterr().out
+    page = html.unescape(html_of(finding))
+    for text in (manifest["title"], *LAWS, "mm/s", "lost runs at most [%]"):
+        assert text in shown
+        assert text in page
 
 
 def test_the_page_needs_no_other_file(page):
@@ -172,8 +291,9 @@ def test_who_cannot_be_so_calm_is_said_and_has_no_error(study):
     assert "ADRC+ESO" not in verdicts.levels["2"].cells[CELLS[0]].standings
     found = findings(manifest, verdicts)
     assert np.isnan(found.to_reference("ADRC+ESO").value)
-    (row,) = (row for row in law_rows(found) if row["law"] == "ADRC+ESO")
-    assert (row["cannot"], row["ratio"]) == ("1", NONE)
+    row = rows_of(law_tables(found)[0])["ADRC+ESO"]
+    assert row["no gains"] == 1
+    assert np.isnan([row["error"], row["error low"], row["error high"]]).all()
     assert any("1 law cannot be compared in every cell" in one for one in sentences(found))
     lost = (table["law"] == "ADRC+ESO") & (table["cell"] == CELLS[0]) & (table["split"] == "test")
     table = study[1].assign(lost=lost | study[1]["lost"], error=study[1]["error"].mask(lost, np.inf))
@@ -195,7 +315,9 @@ def test_where_no_law_is_so_calm_is_said(study):
 
 def test_an_interval_that_no_verdict_is_by_says_so(study, page):
     """A tie's may leave out 1, for only chances are corrected."""
-    assert page.count(f"over best, {100.0 * RULES.confidence:g} % alone</th>") == len(CELLS)
+    for heading in ("over best", "alone low", "alone high"):
+        assert page.count(f">{heading}</th>") == len(CELLS)
+    assert "the interval that it has alone, not corrected" in text_of(page)
     assert html.unescape(page).count("Holm's chance</th>") == len(CELLS)
 
 
@@ -206,11 +328,15 @@ def test_the_page_says_each_sentence_and_each_number(study, page):
     for sentence in sentences(found):
         assert " ".join(sentence.split()) in text
     for law in LAWS:
-        ratio = found.to_reference(law)
-        assert law == "PI+ESO" or f"{number(ratio.value)} [{number(ratio.low)}, {number(ratio.high)}]" in text
+        assert np.isnan(found.to_reference(law).value) or interval_text(found.to_reference(law)) in text
     for cell in verdicts.levels["1"].cells.values():
         for one in cell.standings.values():
-            assert np.isnan(one.error) or f"{number(1e3 * one.error)} [" in text
+            assert np.isnan(one.error) or interval_text(1e3 * np.array(one[:3])) in text
+
+
+def interval_text(numbers):
+    """A number and the ends of its interval as columns of the page have them."""
+    return " ".join(brief(one, 3) for one in numbers)
 
 
 def runs_at_own(manifest, table):
@@ -247,15 +373,12 @@ def test_what_a_part_earns_is_said_as_its_interval_has_it(study):
 def test_the_page_says_how_far_each_law_is_from_the_limits(study, page):
     manifest, _, verdicts = study
     text = text_of(page)
-    assert text.count("over clairvoyant limit") == sum(
+    assert page.count(">over clairvoyant limit</th>") == sum(
         bool(cell.limit.conditions) for cell in verdicts.levels["1"].cells.values()
     )
     for cell in verdicts.levels["1"].cells.values():
         for one in cell.limit.laws.values():
-            assert (
-                np.isnan(one.clairvoyant)
-                or f"{number(one.clairvoyant)} [{number(one.low)}, {number(one.high)}]" in text
-            )
+            assert np.isnan(one.clairvoyant) or interval_text(one[:3]) in text
     said = sentences(findings(manifest, verdicts))
     assert any("the least error of any command that knows the future" in one for one in said)
     assert any(re.match("Of [23] conditions the search for the limit did not end", one) for one in said)
@@ -266,6 +389,7 @@ def test_without_limits_nothing_is_said_of_them(study):
     manifest, table, _ = study
     verdicts = judged(table, manifest, RULES)
     found = findings(manifest | {"limits": {"conditions": 0}}, verdicts)
+    assert not any(one.name.startswith("limits") for cell in CELLS for one in cell_tables(found, cell))
     assert "limit" not in [one.name for one in pictures(found)]
     assert not any("limit" in one for one in sentences(found))
 

@@ -125,13 +125,8 @@ function draw(run) {
 
 /** Says what a reader should know of the run, a divergence at the field that led to it. */
 function notes(run) {
-  const lines = [...run.warnings];
-  if (run.diverged) {
-    const text = `the run is lost at ${run.diverged.at.toPrecision(3)} s: ${run.diverged.by}`;
-    lines.unshift(`Diverged: ${text}`);
-    if (last) form.problem(last, `with this value ${text}`);
-  }
-  byId("notes").replaceChildren(...lines.map((line) => Object.assign(document.createElement("p"), { textContent: line })));
+  if (run.diverged && last) form.problem(last, `with this value: ${run.diverged}`);
+  byId("notes").replaceChildren(...run.warnings.map((line) => Object.assign(document.createElement("p"), { textContent: line })));
   byId("notes").classList.toggle("bad", Boolean(run.diverged));
 }
 

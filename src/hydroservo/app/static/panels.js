@@ -100,8 +100,7 @@ function look(pin, i) {
 
 /** The margins of a loop, and what is said of it; nothing where there is none. */
 function tell(now, margins) {
-  const unstable = now && !now.stable ? [element("dt", {}, "small motions"), element("dd", { class: "bad" }, "unstable")] : [];
-  byId("margins").replaceChildren(...unstable, ...margins.flatMap(({ meaning, text }) => [element("dt", {}, meaning), element("dd", {}, text)]));
+  byId("margins").replaceChildren(...margins.flatMap(({ meaning, text }) => [element("dt", {}, meaning), element("dd", {}, text)]));
   byId("bode-notes").replaceChildren(...(now?.warnings ?? []).map((one) => element("p", {}, one)));
 }
 

@@ -5,12 +5,13 @@ from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 from typing import Any
 
+from hydroservo import block, states
+from hydroservo.engine import state_text
 from hydroservo.engine.lower.expressions import spread
 from hydroservo.engine.lower.frame import Frame, inlined, lowers
-from hydroservo.engine.lower.hints import hint_for
 from hydroservo.engine.lower.instructions import INSTRUCTIONS
 from hydroservo.engine.lower.loops import Range
-from hydroservo.engine.lower.states import STATES
+from hydroservo.engine.lower.source import hint_for
 from hydroservo.engine.lower.values import (
     PYTHON_TYPES,
     Array,
@@ -23,6 +24,7 @@ from hydroservo.engine.lower.values import (
     lifted,
 )
 from hydroservo.engine.lower.writer import said
+from hydroservo.engine.state_text import Shape
 
 
 @lowers(ast.Call)
@@ -82,11 +84,7 @@ def computed(called: Callable[..., Any], given: Sequence[Any]) -> Any:
 
 
 def record(cls: Any, given: Sequence[Any], named: Mapping[str, Any]) -> Record:
-    """A block of a class.
-
-    Raises:
-        LoweringError: that has other fields.
-    """
+    """A block of a class."""
     fields = cls._fields
     values = dict(zip(fields, given, strict=False)) | dict(named)
     spare = cls._field_defaults
@@ -105,11 +103,7 @@ def length(value: Any) -> Any:
 
 
 def parts(value: Any) -> tuple[Any, ...]:
-    """What a tuple holds.
-
-    Raises:
-        LoweringError: it is none.
-    """
+    """What a tuple holds."""
     if not isinstance(value, Record):
         raise LoweringError(f"{said(value)} is not a tuple")
     return value.parts
@@ -146,4 +140,26 @@ PYTHON: dict[Any, Callable[..., Any]] = {
     reversed: lambda value: Record(tuple, parts(value)[::-1]),
     tuple: lambda value: Record(tuple, parts(value)),
     zip: lambda *rows: Record(tuple, [Record(tuple, row) for row in zip(*map(parts, rows), strict=False)]),
+}
+
+
+def shape_of(value: Any) -> Shape:
+    """The shape of a state."""
+    if not isinstance(value, Record) or not hasattr(value.cls, "_fields"):
+        raise LoweringError(f"{said(value)} is not a state")
+    parts = zip(value.cls._fields, value.parts, strict=True)
+    return Shape(
+        value.cls, {name: shape_of(part) if isinstance(part, Record) else None for name, part in parts}
+    )
+
+
+STATES: dict[Any, Callable[..., FunctionType]] = {  # by their own arguments
+    states.axpy: lambda x, _h, _k: state_text.axpy(shape_of(x)),
+    states.scaled: lambda _h, k: state_text.scaled(shape_of(k)),
+    states.misses: lambda error, *_: state_text.misses(shape_of(error)),
+    states.factored: lambda _system, _t, x, *_: state_text.factored(shape_of(x)),
+    states.solved: lambda _matrix, k: state_text.solved(shape_of(k)),
+    states.overlaid: lambda x, given: state_text.overlaid(shape_of(x), shape_of(given)),
+    block.estimates_in: lambda state: state_text.estimates_in(shape_of(state)),
+    block.model_in: lambda controller: state_text.model_in(shape_of(controller)),
 }

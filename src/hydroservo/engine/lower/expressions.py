@@ -42,11 +42,7 @@ def attribute(frame: Frame, node: ast.Attribute) -> Any:
 
 
 def part_of(owner: Record, name: str) -> Any:
-    """A field of a block, or a method.
-
-    Raises:
-        LoweringError: it has neither.
-    """
+    """A field of a block, or a method."""
     fields = getattr(owner.cls, "_fields", ())
     if name in fields:
         return owner.parts[fields.index(name)]

@@ -119,11 +119,7 @@ class Frame:
             return Unlike(str(error))
 
     def named(self, name: str) -> Any:
-        """What a name stands for.
-
-        Raises:
-            LoweringError: nothing, or what compiled code cannot have.
-        """
+        """What a name stands for."""
         found = self.env.get(name, MISSING)
         if isinstance(found, Unlike):
             raise LoweringError(f"{name} is {found.problem}")
@@ -154,11 +150,7 @@ def checked(name: str, value: Any) -> Any:
 
 
 def allowed(name: str, function: FunctionType) -> None:
-    """Refuse a function that is no method, none of ops and none of the engine.
-
-    Raises:
-        LoweringError: it is such.
-    """
+    """Refuse a function that is no method, none of ops and none of the engine."""
     if not str(function.__module__).startswith(OPEN):
         way = "make it a method of the block"
         raise LoweringError(f"{name} is a function of a module, which compiled code cannot call: {way}")
@@ -171,11 +163,7 @@ def inlined(
     named: Mapping[str, Any],
     stack: list[Frame],
 ) -> Any:
-    """What a function returns for some values; its text is lowered here.
-
-    Raises:
-        LoweringError: it cannot be.
-    """
+    """What a function returns for some values; its text is lowered here."""
     if len(stack) >= DEEPEST:
         raise LoweringError(f"{function.__name__} calls itself, or nests too many calls")
     frame = Frame(writer, function, stack)
@@ -191,11 +179,7 @@ def inlined(
 def arguments(
     function: FunctionType, asked: ast.arguments, given: Sequence[Any], named: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """What each argument of a function stands for.
-
-    Raises:
-        LoweringError: it takes others.
-    """
+    """What each argument of a function stands for."""
     names = [one.arg for one in (*asked.posonlyargs, *asked.args)]
     env = dict(zip(names, given, strict=False))
     if asked.vararg:

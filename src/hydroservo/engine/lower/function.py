@@ -30,11 +30,7 @@ INTEGERS = "i64*"
 
 
 def kernel_text(name: str, function: Callable[..., Any], kinds: Sequence[str]) -> str:
-    """The module of a function of numbers and memory that returns a whole number, as ``Native`` calls it.
-
-    Raises:
-        CompileError: it cannot be compiled.
-    """
+    """The module of a function of numbers and memory that returns a whole number, as ``Native`` calls it."""
     given = [argument(kind, f"%a{i}") for i, kind in enumerate(kinds)]
     asked = "".join(f", {kind} %a{i}" for i, kind in enumerate(types_of(kinds)))
 
@@ -85,11 +81,7 @@ class Asked:
 
 
 def method_text(name: str, function: Callable[..., Any], shapes: Sequence[Any]) -> tuple[str, Any]:
-    """The module of a function of blocks and numbers, and the shape of what it returns.
-
-    Raises:
-        CompileError: it cannot be compiled.
-    """
+    """The module of a function of blocks and numbers, and the shape of what it returns."""
     made: list[Any] = []
 
     def write(w: Writer, stack: list[Frame]) -> None:
@@ -106,11 +98,7 @@ def method_text(name: str, function: Callable[..., Any], shapes: Sequence[Any]) 
 
 
 def gathered(value: Any, numbers: list[Any]) -> Any:
-    """The shape of a value, whose numbers go into a list.
-
-    Raises:
-        LoweringError: it is none that compiled code can return.
-    """
+    """The shape of a value, whose numbers go into a list."""
     if isinstance(value, Record):
         return (value.cls, *(gathered(part, numbers) for part in value.parts))
     if value is None:

@@ -36,11 +36,7 @@ def located(w: Writer, kind: str, address: str, index: Any) -> str:
 
 
 def item(w: Writer, owner: Any, index: Any) -> Any:
-    """What stands at an index.
-
-    Raises:
-        LoweringError: nothing can.
-    """
+    """What stands at an index."""
     if isinstance(owner, Pointer):
         return loaded(w, owner.element, owner.text, whole_index(w, index))
     if isinstance(owner, Array):
@@ -55,11 +51,7 @@ def item(w: Writer, owner: Any, index: Any) -> Any:
 
 
 def put(w: Writer, owner: Any, index: Any, value: Any) -> None:
-    """Writes a number at an index.
-
-    Raises:
-        LoweringError: it cannot stand there.
-    """
+    """Writes a number at an index."""
     if isinstance(owner, Pointer):
         stored(w, owner.element, owner.text, whole_index(w, index), value)
         return
@@ -72,11 +64,7 @@ def put(w: Writer, owner: Any, index: Any, value: Any) -> None:
 
 
 def whole_index(w: Writer, index: Any) -> Any:
-    """An index as a whole number.
-
-    Raises:
-        LoweringError: it is none.
-    """
+    """An index as a whole number."""
     if isinstance(index, Record | Array | Pointer) or index is None or kind_of(index) == DOUBLE:
         raise LoweringError(f"{said(index)} is not an index")
     return w.converted(index, INTEGER)

@@ -63,11 +63,7 @@ LONGEST_POWER = 0x10000  # beyond it a whole exponent is left to the C library
 
 
 def binary(w: Writer, op: type, a: Any, b: Any) -> Any:
-    """The result of an operator on two numbers.
-
-    Raises:
-        LoweringError: they are no numbers, or not of a kind that the operator takes.
-    """
+    """The result of an operator on two numbers."""
     if not (is_number(a) and is_number(b)):
         raise LoweringError(f"compiled code cannot compute with {said(b) if is_number(a) else said(a)}")
     if not isinstance(a, Scalar) and not isinstance(b, Scalar):
@@ -180,11 +176,7 @@ def raised(w: Writer, a: Any, b: Any) -> Any:
 
 
 def compared(w: Writer, op: type, a: Any, b: Any) -> Any:
-    """Whether two numbers compare so.
-
-    Raises:
-        LoweringError: they are no numbers.
-    """
+    """Whether two numbers compare so."""
     if not (is_number(a) and is_number(b)):
         raise LoweringError(f"compiled code cannot compare {said(a)} with {said(b)}")
     if not isinstance(a, Scalar) and not isinstance(b, Scalar):
@@ -198,11 +190,7 @@ def compared(w: Writer, op: type, a: Any, b: Any) -> Any:
 
 
 def truth(w: Writer, value: Any) -> Any:
-    """Whether a value counts as true: a Python bool where that is known.
-
-    Raises:
-        LoweringError: nobody knows.
-    """
+    """Whether a value counts as true: a Python bool where that is known."""
     if isinstance(value, Scalar):
         return value if value.kind == BOOL else compared(w, ast.NotEq, value, 0)
     if is_number(value) or isinstance(value, str | None):

@@ -8,9 +8,40 @@ from itertools import chain
 from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
+from hydroservo import ops
 from hydroservo.engine.lower.values import LoweringError
 
 Place = tuple[int, str]  # the first line of a function, and its name
+
+NOTHING: tuple[Any, list[CodeType]] = (None, [])
+UNIFORM, NORMAL = "uniform(seed, stream, index)", "normal(seed, stream, index)"
+SAME = {  # functions of Python and numpy, by the name of their equal in ops
+    "abs": "absolute",
+    "amax": "maximum",
+    "amin": "minimum",
+    "ceil": "floor",
+    "exp": "power(math.e, x)",
+    "fabs": "absolute",
+    "fmod": "floor",
+    "gauss": NORMAL,
+    "max": "maximum",
+    "min": "minimum",
+    "normal": NORMAL,
+    "normalvariate": NORMAL,
+    "pow": "power",
+    "rand": UNIFORM,
+    "randn": NORMAL,
+    "random": UNIFORM,
+    "rint": "nearest",
+    "round": "nearest",
+    "standard_normal": NORMAL,
+    "uniform": UNIFORM,
+}
+TABLE = "keep the table in a field that is a hydroservo.curve.Curve, and call its value(x)"
+VECTOR = "make a record of as many floats with hydroservo.vectors.vector"
+OTHERS = {"interp": TABLE} | dict.fromkeys(
+    ("array", "asarray", "dot", "empty", "eye", "matmul", "ones", "roll", "zeros"), VECTOR
+)
 
 
 class Definition(NamedTuple):
@@ -22,16 +53,11 @@ class Definition(NamedTuple):
     local: frozenset[str]  # names that are its own
 
 
-NOTHING: tuple[Any, list[CodeType]] = (None, [])
 KNOWN: dict[CodeType, Definition] = {}
 
 
 def definition_of(function: FunctionType) -> Definition:
-    """The definition of a function.
-
-    Raises:
-        LoweringError: its text is not where it was loaded from, or not what was loaded.
-    """
+    """The definition of a function."""
     code = function.__code__
     if code not in KNOWN:
         KNOWN[code] = found_definition(function, code)
@@ -111,3 +137,12 @@ def read_after(loop: ast.For | ast.While, body: tuple[ast.stmt, ...]) -> frozens
 
 def names_in(tree: ast.AST) -> Iterator[ast.Name]:
     return (node for node in ast.walk(tree) if isinstance(node, ast.Name))
+
+
+def hint_for(called: Any) -> str:
+    """What to write instead of a function; "" where nothing serves."""
+    name = str(getattr(called, "__name__", ""))
+    same = SAME.get(name, name)
+    if same.partition("(")[0] in ops.__all__:
+        return f"use ops.{same}"
+    return OTHERS.get(name, "")

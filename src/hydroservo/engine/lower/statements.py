@@ -50,11 +50,7 @@ def augmented(frame: Frame, node: ast.AugAssign) -> None:
 
 
 def bind(frame: Frame, target: ast.expr, value: Any) -> None:
-    """Gives a name, names in a row or a place in memory a value.
-
-    Raises:
-        LoweringError: it takes none, or not so many.
-    """
+    """Gives a name, names in a row or a place in memory a value."""
     if isinstance(target, ast.Name):
         frame.env[target.id] = value
     elif isinstance(target, ast.Tuple | ast.List):

@@ -129,11 +129,7 @@ def wrapped(value: int) -> int:
 
 
 def unified(kinds: Sequence[str]) -> str:
-    """The kind that numbers of some kinds become where they meet.
-
-    Raises:
-        LoweringError: an address is among them, and a number.
-    """
+    """The kind that numbers of some kinds become where they meet."""
     found = set(kinds)
     if len(found) == 1:
         return kinds[0]

@@ -71,11 +71,7 @@ class Writer:
 
     @property
     def end(self) -> Block:
-        """The block that is written.
-
-        Raises:
-            DeadEndError: none is.
-        """
+        """The block that is written."""
         if self.here is None:
             raise DeadEndError
         return self.here
@@ -154,11 +150,7 @@ class Writer:
         return self.emit(kind, f"{instruction} {own} {value.text} to {kind}")
 
     def selected(self, condition: Scalar, a: Any, b: Any) -> Any:
-        """One of two values of one structure, without a branch.
-
-        Raises:
-            LoweringError: their structures differ.
-        """
+        """One of two values of one structure, without a branch."""
         if same(a, b):
             return a
         if isinstance(a, Composite) and a.like(b):
@@ -170,11 +162,7 @@ class Writer:
         return self.emit(kind, f"select i1 {condition.text}, {kind} {x}, {kind} {y}")
 
     def phi(self, target: Block, ends: Sequence[Block], values: Sequence[Any]) -> Any:
-        """In a block that others end in, the value that comes with the one that it was reached from.
-
-        Raises:
-            LoweringError: their structures differ.
-        """
+        """In a block that others end in, the value that comes with the one that it was reached from."""
         first = values[0]
         if all(same(first, value) for value in values):
             return first
@@ -187,12 +175,7 @@ class Writer:
         return found
 
     def meet(self, ends: Sequence[tuple[Block, Any]]) -> Any:
-        """Goes on where blocks end, each with its value; returns the value there.
-
-        Raises:
-            DeadEndError: there are no blocks.
-            LoweringError: the values cannot be one.
-        """
+        """Goes on where blocks end, each with its value; returns the value there."""
         if not ends:
             raise DeadEndError
         if len(ends) == 1:
@@ -222,11 +205,7 @@ class Writer:
 
 
 def common_kind(values: Sequence[Any]) -> str:
-    """The kind that all of some numbers can have.
-
-    Raises:
-        LoweringError: some are no numbers.
-    """
+    """The kind that all of some numbers can have."""
     if all(is_number(value) or isinstance(value, Scalar) for value in values):
         return unified([kind_of(value) for value in values])
     raise LoweringError(f"{' or '.join(dict.fromkeys(map(said, values)))} under one name")

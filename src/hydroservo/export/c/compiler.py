@@ -29,9 +29,6 @@ def compiled(folder: Path, words: Sequence[str], made: str, command: Sequence[st
         words: sources and options, besides those for the standard, the bits and the optimization.
         made: name of the file.
         command: that calls the compiler; this computer's own if empty.
-
-    Raises:
-        CompilerError: there is no compiler, or it fails.
     """
     call = [*(command or compiler()), "-std=c99", "-O2", *BITS, *words, "-o", made, "-lm"]
     done = ran(folder, call)
@@ -45,12 +42,7 @@ def compiled(folder: Path, words: Sequence[str], made: str, command: Sequence[st
 
 
 def compiler() -> list[str]:
-    """The command of the C compiler.
-
-    Raises:
-        CompilerError: there is none.
-        HydroservoError: CC names one that is not there, or is no command.
-    """
+    """The command of the C compiler."""
     own = os.environ.get("CC", "")
     try:
         chosen = shlex.split(own)
@@ -65,12 +57,7 @@ def compiler() -> list[str]:
 
 
 def counting_compiler() -> list[str]:
-    """The command of a C compiler whose counts gcov reads: gcc where the C compiler is clang.
-
-    Raises:
-        CompilerError: there is none.
-        HydroservoError: as for :func:`compiler`.
-    """
+    """The command of a C compiler whose counts gcov reads: gcc where the C compiler is clang."""
     own = compiler()
     if "clang" not in ran(Path(), [*own, "--version"]).stdout:
         return own
@@ -88,9 +75,6 @@ def ran(
         folder: where it runs.
         command: its words.
         patience: how long it may take [s].
-
-    Raises:
-        CompilerError: it cannot be run here, or does not end.
     """
     name = Path(command[0]).name
     try:

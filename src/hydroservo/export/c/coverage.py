@@ -59,9 +59,6 @@ class Coverage:
         Args:
             rows: samples from ``init`` on.
             stretches: of samples; each goes on where the rows end.
-
-        Raises:
-            CompilerError: the program fails, or gcov does.
         """
         counts, p = self.folder / f"{self.unit.prefix}.gcda", self.unit.prefix
         counts.unlink(missing_ok=True)

@@ -25,11 +25,7 @@ STYLE = {
 
 
 def formatted(text: str) -> str:
-    """A text of C with the indentation and the line breaks of one style.
-
-    Raises:
-        LoopError: clang-format does not run on this computer.
-    """
+    """A text of C with the indentation and the line breaks of one style."""
     command = [get_executable("clang-format"), f"--style={json.dumps(STYLE)}", "--assume-filename=x.c"]
     try:
         done = subprocess.run(  # noqa: S603 - a library's own program

@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export.c.compiler import CompilerError
-from hydroservo.export.c.deviation import measured_deviation
+from hydroservo.export.c.compiler import CompilerError, compiled, ran
 from hydroservo.export.c.layout import formatted
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import Signal, Unit
-from hydroservo.outputs import check_outputs, staged, write_text
+from hydroservo.outputs import check_outputs, staged, temporary_folder, write_text
 
 TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 OURS = "Written by hydroservo"
@@ -92,11 +91,7 @@ def project_files(folder: Path, prefix: str) -> list[Path]:
 
 
 def check_project(folder: Path, prefix: str = "") -> None:
-    """Refuse a folder that cannot be written to, or with a file of another origin, as far as names are known.
-
-    Raises:
-        HydroservoError: it is such a folder.
-    """
+    """Refuse a folder that cannot be written to, or that has a file of another origin."""
     files = project_files(folder, prefix) if prefix else [folder / "Makefile", folder / "README.md"]
     check_outputs(files)
     for path in files:
@@ -104,11 +99,7 @@ def check_project(folder: Path, prefix: str = "") -> None:
 
 
 def check_ours(path: Path) -> None:
-    """Refuse to replace a file that is not of an earlier export, as its first lines say.
-
-    Raises:
-        HydroservoError: there is such a file.
-    """
+    """Refuse to replace a file that is not of an earlier export, as its first lines say."""
     try:
         if not path.exists():
             return
@@ -176,3 +167,20 @@ def numbers_in_c(unit: Unit, vectors: Vectors) -> dict[str, object]:
 def signals(unit: Unit) -> list[Signal]:
     """What ``step`` reads of its arguments, in their order."""
     return [signal for argument in unit.arguments for signal in argument.signals]
+
+
+def measured_deviation(prefix: str, texts: Mapping[str, str]) -> str:
+    """What the replay of an export in single precision prints.
+
+    Args:
+        prefix: of the export.
+        texts: its files by name.
+    """
+    with temporary_folder() as folder:
+        for file, text in texts.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        program = compiled(folder, [f"{prefix}_replay.c", f"{prefix}.c"], "replay")
+        said = ran(folder, [str(program)]).stdout.strip()
+    if not said:
+        raise CompilerError("the program that the C compiler makes prints nothing here")
+    return said

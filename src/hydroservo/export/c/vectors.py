@@ -89,9 +89,6 @@ def trial_of(loop: Loop, part: Part, unit: Unit) -> Trial:
         loop: of the scenario.
         part: what of it is exported.
         unit: the export.
-
-    Raises:
-        ParameterError, LoopError: the loop cannot be simulated, or the part not be run in plain Python.
     """
     loop = ready(loop) if part is Part.DEMAND else with_its_substeps(ready(loop))
     inputs, made = listened(loop, part)
@@ -192,11 +189,7 @@ def bad_inputs(good: Sequence[Records]) -> list[Records]:
 
 
 def replayed(block: Block, inputs: Iterable[Records], state: Block) -> list[Block]:
-    """A block's state after each sample.
-
-    Raises:
-        LoopError: plain Python stops where C goes on, as in a division by zero.
-    """
+    """A block's state after each sample."""
     states = []
     for records in inputs:
         try:

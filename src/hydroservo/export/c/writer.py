@@ -12,7 +12,6 @@ import numpy as np
 from hydroservo.errors import LoopError
 from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.liveness import Needed, matters
-from hydroservo.export.c.single import SINGLE
 from hydroservo.export.comments import comment, in_comment
 from hydroservo.export.names import identifier, numbered
 from hydroservo.export.translate.terms import (
@@ -52,6 +51,22 @@ ATOM, UNARY, PRODUCT, SUM, COMPARED, AND, OR, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
 LEVELS = {"*": PRODUCT, "/": PRODUCT, "+": SUM, "-": SUM, "&&": AND, "||": OR}
 PLAIN = {INT: "int64_t", BOOL: "bool"}
 SHORT = 2**31  # whole numbers below need no suffix, and loops up to here a short counter
+
+OPS = "hydroservo.ops"
+SINGLE = {
+    (f"{OPS}.basic", "ROUNDER"): 12582912.0,  # 1.5 * 2^23
+    (f"{OPS}.power", "LEAST_NORMAL"): 2.0**-126,
+    (f"{OPS}.power", "SPLITTER"): 4097.0,  # 2^12 + 1
+    (f"{OPS}.power", "BEYOND"): 200.0,
+    (f"{OPS}.power", "STEEPEST"): 1e20,
+    # pi/2 in three parts; the first two have 11 bits and less
+    (f"{OPS}.circular", "HALF_PI_HIGH"): 1.5703125,
+    (f"{OPS}.circular", "HALF_PI_MIDDLE"): 0.0004837512969970703,
+    (f"{OPS}.circular", "HALF_PI_LOW"): 7.54978994586e-08,
+    (f"{OPS}.circular", "LARGEST"): 8192.0,
+    ("hydroservo.controllers.adaptive_robust", "LEAST"): 1e-37,
+    ("hydroservo.pulls.implicit_reaching", "LEAST"): 1e-37,
+}
 
 
 class Ends(NamedTuple):
@@ -365,11 +380,7 @@ def whole_literal(value: int) -> str:
 
 
 def single_literal(value: float) -> str:
-    """The literal of the nearest number in single precision.
-
-    Raises:
-        LoopError: it is out of their range.
-    """
+    """The literal of the nearest number in single precision."""
     with np.errstate(all="ignore"):
         near = np.float32(value)
     if not np.isfinite(near) or (near == 0.0 and value != 0.0):

@@ -16,11 +16,7 @@ TRIAL = "#include <math.h>\n#include <stdlib.h>\n"  # a compiler without its C l
 
 
 def compiler_for(platform: Platform) -> list[str]:
-    """The command of the C compiler for a platform: this computer's own for its own, else the cross compiler.
-
-    Raises:
-        CompilerError: it is missing, or there is none here.
-    """
+    """The command of the C compiler for a platform: this computer's own, else the cross compiler."""
     if platform == machine_name():
         return compiler()
     toolchain = TOOLCHAINS[platform]
@@ -32,11 +28,7 @@ def compiler_for(platform: Platform) -> list[str]:
 
 
 def check_compilers(platforms: Iterable[Platform]) -> None:
-    """Find out before a long computation whether binaries for these platforms can be built.
-
-    Raises:
-        CompilerError: a compiler is missing, or a cross compiler makes no library.
-    """
+    """Find out before a long computation whether binaries for these platforms can be built."""
     for platform in platforms:
         command = compiler_for(platform)
         if platform == machine_name():
@@ -71,9 +63,6 @@ def binaries(
 
     Returns:
         The content of each file by its path in the FMU.
-
-    Raises:
-        CompilerError: a compiler is missing or fails.
     """
     content = {}
     for platform in platforms:

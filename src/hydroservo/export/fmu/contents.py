@@ -2,12 +2,13 @@
 
 import hashlib
 import uuid
-from collections.abc import Mapping
-from importlib import resources
+from collections.abc import Mapping, Sequence
+from importlib import metadata, resources
+from pathlib import Path
 from typing import Any
 
+from hydroservo.errors import HydroservoError
 from hydroservo.export.c.compiler import BITS
-from hydroservo.export.fmu.headers import headers, licence
 from hydroservo.export.fmu.interface import Interface, interface_of
 from hydroservo.export.fmu.structure import structure_of
 from hydroservo.export.fmu.units import base_unit
@@ -18,16 +19,23 @@ from hydroservo.export.unit import FmiVersion, Part, Unit
 Files = dict[str, str]
 """Texts by their path in the FMU."""
 
+UNPREFIXED = "#define fmi2FullName(name) name\n"
+PREFIXED = """\
+#ifdef FMI2_FUNCTION_PREFIX
+#define FMU_JOINED_TEXT(prefix, name) prefix##name
+#define FMU_JOINED(prefix, name) FMU_JOINED_TEXT(prefix, name)
+#define fmi2FullName(name) FMU_JOINED(FMI2_FUNCTION_PREFIX, name)
+#else
+#define fmi2FullName(name) name
+#endif
+"""
+
 
 def fmu_files(unit: Unit, stop_time: float, version: FmiVersion, clocked: bool = False) -> Files:
     """All but the binary.
 
     The token that ties the description to the sources is a digest of both, so that equal exports have equal
     tokens and others have others.
-
-    Raises:
-        ParameterError: a name cannot be that of a variable, or it cannot have a clock.
-        HydroservoError: the package fmpy is missing.
     """
     interface = interface_of(version, unit.part, clocked)
     context = context_of(unit, stop_time, version, interface)
@@ -84,3 +92,29 @@ def documentation(context: Mapping[str, Any]) -> Files:
         "documentation/licenses/license.txt": rendered("fmu/license.txt", {"own": licence("hydroservo")}),
         "documentation/licenses/fmpy.txt": licence("fmpy"),
     }
+
+
+def headers(names: Sequence[str]) -> dict[str, str]:
+    """FMI's headers by name.
+
+    The package fmpy took the prefix out of that of FMI 2.0, as it builds shared libraries alone; here it is
+    back, as the standard has it, so that several FMUs can be linked into one program.
+    """
+    folder = Path(str(package("fmpy").locate_file("fmpy/c-code")))
+    return {name: (folder / name).read_text("utf-8").replace(UNPREFIXED, PREFIXED) for name in names}
+
+
+def licence(name: str) -> str:
+    """The licence text that an installed package ships."""
+    for file in package(name).files or ():
+        if file.name in ("LICENSE", "LICENSE.txt"):
+            return file.read_text("utf-8")
+    raise HydroservoError(f"the package {name} came without its licence; install it again")
+
+
+def package(name: str) -> metadata.Distribution:
+    """An installed package."""
+    try:
+        return metadata.distribution(name)
+    except metadata.PackageNotFoundError:
+        raise HydroservoError(f"an FMU needs the package {name}: pip install '.[fmu]' in a clone") from None

@@ -82,11 +82,7 @@ CLOCKED = CO_SIMULATION[FmiVersion.FMI3]._replace(
 
 
 def interface_of(version: FmiVersion, part: Part, clocked: bool = False) -> Interface:
-    """What a version of FMI needs: of equations for model exchange, else for co-simulation.
-
-    Raises:
-        ParameterError: it is wanted with a clock and cannot have one.
-    """
+    """What a version of FMI needs: of equations for model exchange, else for co-simulation."""
     if clocked:
         check_clock(version, part)
         return CLOCKED

@@ -95,11 +95,7 @@ def base_units(names: Iterable[str]) -> dict[str, Mapping[str, int | float]]:
 
 
 def connections(units: Mapping[Part, Unit]) -> Iterator[Connection]:
-    """From each output to the inputs of other units that have its name.
-
-    Raises:
-        HydroservoError: an input is no unit's output.
-    """
+    """From each output to the inputs of other units that have its name."""
     variables = {part: variables_of(units[part]) for part in PARTS}
     outputs = {one.name: part for part in PARTS for one in variables[part] if one.kind is Kind.OUTPUT}
     for part in PARTS:

@@ -8,8 +8,7 @@ from typing import BinaryIO
 
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.fmu.binaries import binaries, check_compilers
-from hydroservo.export.fmu.contents import fmu_files
-from hydroservo.export.fmu.headers import package
+from hydroservo.export.fmu.contents import fmu_files, package
 from hydroservo.export.platforms import Platform, platforms_named
 from hydroservo.export.unit import FmiVersion, Unit
 from hydroservo.outputs import atomic_path

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.engine.lower.hints import hint_for
+from hydroservo.engine.lower.source import hint_for
 from hydroservo.export.names import snake
 from hydroservo.export.translate.arithmetic import Arithmetic
 from hydroservo.export.translate.ranges import LARGEST_REAL, PASSED

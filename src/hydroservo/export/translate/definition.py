@@ -21,9 +21,6 @@ def definition(origin: FunctionType) -> ast.FunctionDef:
 
     A method that was replaced, a decorator's wrapper or a file that changed in between are never taken for
     another: the tree's text gives the very code that runs.
-
-    Raises:
-        DoubtError: the text is not there, is not what runs, or is not all that decides what it does.
     """
     code = origin.__code__
     if code.co_freevars:
@@ -41,11 +38,7 @@ def definition(origin: FunctionType) -> ast.FunctionDef:
 
 
 def own_method(cls: type, name: str) -> FunctionType:
-    """A method that a record's class has itself.
-
-    Raises:
-        DoubtError: it is inherited, or something else than a plain method.
-    """
+    """A method that a record's class has itself."""
     found = vars(cls).get(name)
     if isinstance(found, FunctionType) and name not in INHERITED:
         return found

@@ -44,11 +44,7 @@ class Program:
         self.active: list[Any] = []
 
     def record(self, cls: type | None, fields: Mapping[str, Type], name: str) -> Record:
-        """The one record of a class with fields of these types.
-
-        Raises:
-            TranslationError: two of its fields have one name in C, or its class is no plain NamedTuple.
-        """
+        """The one record of a class with fields of these types."""
         key = (cls or name, tuple(fields.items()))
         if key not in self.records:
             if cls is not None and (changed := changed_class(cls)):
@@ -89,11 +85,7 @@ class Program:
         return self.functions[key]
 
     def method(self, record: Record, name: str, arguments: Sequence[Type]) -> Function:
-        """The C function of a record's method.
-
-        Raises:
-            TranslationError: it has no equal in C, or is no plain method of the record's class.
-        """
+        """The C function of a record's method."""
         assert record.cls is not None
         try:
             found = own_method(record.cls, name)
@@ -125,11 +117,7 @@ class Program:
 
 
 def check_law(program: Program, law: Any, arguments: Sequence[Type]) -> None:
-    """Refuse a law whose step gives something else than its state.
-
-    Raises:
-        TranslationError: naming the place of the step.
-    """
+    """Refuse a law whose step gives something else than its state."""
     state = program.method(law, "init", []).returns
     step = program.method(law, "step", [state, *arguments, REAL])
     if not isinstance(state, Record) or step.returns is not state:

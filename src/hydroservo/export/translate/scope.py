@@ -171,11 +171,7 @@ class Scope:
 
 
 def whole(value: Known) -> Whole:
-    """A whole number or truth value in C.
-
-    Raises:
-        TranslationError: it is out of C's range.
-    """
+    """A whole number or truth value in C."""
     if isinstance(value.value, bool):
         return Whole(BOOL, value.value)
     if abs(value.value) > LARGEST_REAL:

@@ -5,12 +5,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from hydroservo.figures.studies.layout import fix_layout
-from hydroservo.figures.studies.looks import INK, SOFT, family_colours
-from hydroservo.figures.studies.scales import plain_log
-from hydroservo.figures.style import figure, style
+from hydroservo.figures.studies.looks import INK, SOFT, family_colours, fix_layout, plain_log
+from hydroservo.figures.style import Plot, figure, style
 from hydroservo.formatting import NONE, number
 
 LINE = 0.2  # inch
@@ -31,7 +28,7 @@ class Distance(NamedTuple):
     high: float
 
 
-def plot_distance(distances: Sequence[Distance], families: Sequence[str], causal: float = math.nan) -> Figure:
+def plot_distance(distances: Sequence[Distance], families: Sequence[str], causal: float = math.nan) -> Plot:
     """Bars from 1, the limit of a command that knows the future, to each law's multiple of it.
 
     Grey reaches to the limit of a command that knows only the past: no law can end inside it.

@@ -6,12 +6,10 @@ from typing import NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
-from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from hydroservo.figures.studies.layout import fix_layout
-from hydroservo.figures.studies.looks import SOFT, distinct, ink_on
-from hydroservo.figures.style import PALETTE, figure, style
+from hydroservo.figures.studies.looks import SOFT, distinct, fix_layout, ink_on
+from hydroservo.figures.style import PALETTE, Plot, figure, style
 from hydroservo.formatting import NONE, number
 
 # Source: Brewer's PuOr about a neutral 1, told apart with any common colour vision.
@@ -42,7 +40,7 @@ class FactorShare(NamedTuple):
     high: float
 
 
-def plot_factorial(pairs: Sequence[Combination], parts: Sequence[FactorShare], label: str) -> Figure:
+def plot_factorial(pairs: Sequence[Combination], parts: Sequence[FactorShare], label: str) -> Plot:
     """A table of laws by observers, coloured by their ratio, beside the shares of the factors.
 
     Args:

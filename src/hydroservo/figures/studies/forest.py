@@ -6,12 +6,9 @@ from textwrap import fill
 from typing import NamedTuple
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from hydroservo.figures.studies.layout import fix_layout
-from hydroservo.figures.studies.looks import INK, SOFT
-from hydroservo.figures.studies.scales import plain_log
-from hydroservo.figures.style import PALETTE, figure, style
+from hydroservo.figures.studies.looks import INK, SOFT, fix_layout, plain_log
+from hydroservo.figures.style import PALETTE, Plot, figure, style
 from hydroservo.formatting import NONE, number
 
 LESS, MORE, TIE = PALETTE[0], PALETTE[1], "#8a939c"
@@ -38,7 +35,7 @@ class RatioLine(NamedTuple):
     note: str = ""  # printed at the end of the line
 
 
-def plot_forest(effects: Sequence[RatioLine], label: str, tie: float = 1.0, notes: str = "") -> Figure:
+def plot_forest(effects: Sequence[RatioLine], label: str, tie: float = 1.0, notes: str = "") -> Plot:
     """Ratios to 1 with their intervals on a logarithmic axis, with the numbers beside them.
 
     Blue is surely below 1, vermilion surely above, grey a tie. An arrow leaves where an interval goes on.

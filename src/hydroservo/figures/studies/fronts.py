@@ -5,13 +5,10 @@ from itertools import cycle
 from typing import NamedTuple
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from hydroservo.figures.studies.layout import fix_layout
-from hydroservo.figures.studies.looks import FAMILIES, INK, SOFT
-from hydroservo.figures.studies.scales import plain_log
-from hydroservo.figures.style import figure, style
+from hydroservo.figures.studies.looks import FAMILIES, INK, SOFT, fix_layout, plain_log
+from hydroservo.figures.style import Plot, figure, style
 from hydroservo.formatting import quantity
 
 ACROSS = 4  # panels in a row
@@ -43,7 +40,7 @@ class FrontPanel(NamedTuple):
 
 def plot_fronts(
     panels: Sequence[FrontPanel], named: Sequence[str], reference: str, levels: Sequence[float], unit: str
-) -> Figure:
+) -> Plot:
     """Error over command activity, both over the reference's; bands are intervals of named laws.
 
     Dots are the points at which laws are compared.

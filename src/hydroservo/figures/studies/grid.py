@@ -3,10 +3,11 @@
 from collections.abc import Mapping, Sequence
 from itertools import product
 from textwrap import fill
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from matplotlib.axes import Axes
-from matplotlib.figure import FigureBase
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import FigureBase
 
 INSIDE = 2  # axes of a study that lie inside a panel
 TEXT_WIDTH = 5.4  # inch that all panels of a row have
@@ -86,7 +87,7 @@ def headings(axes: Sequence[Axis]) -> Sequence[Sequence[str]]:
     return [*product(*([f"{axis.label}: {level.label}" for level in axis.levels] for axis in axes))]
 
 
-def label_axes(axis: Axes, grid: Grid, *, bottom: bool = True, left: bool = True) -> None:
+def label_axes(axis: "Axes", grid: Grid, *, bottom: bool = True, left: bool = True) -> None:
     """Name the levels of a panel whose cells have their middles at whole numbers.
 
     Args:
@@ -107,7 +108,7 @@ def label_axes(axis: Axes, grid: Grid, *, bottom: bool = True, left: bool = True
     axis.set_yticks(range(len(up)), [level.label for level in up])
 
 
-def label_panels(fig: FigureBase, panels: Sequence[Sequence[Axes]], grid: Grid) -> None:
+def label_panels(fig: "FigureBase", panels: "Sequence[Sequence[Axes]]", grid: Grid) -> None:
     """Name the axes of the panels once, and beside each row and above each column what is the same there."""
     room = int(TEXT_WIDTH / len(grid.columns) / CHARACTER)
     for axis, heading in zip(panels[0], grid.columns, strict=True):

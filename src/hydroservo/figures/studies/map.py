@@ -4,21 +4,20 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from hydroservo.figures.studies.grid import CHARACTER, TEXT_WIDTH, Grid, Place, label_axes, label_panels
-from hydroservo.figures.studies.layout import fix_layout
 from hydroservo.figures.studies.looks import (
     SOFT,
     TIE,
     family_colours,
+    fix_layout,
     ink_on,
     observer_marks,
     paler,
 )
-from hydroservo.figures.style import figure, style
+from hydroservo.figures.style import Plot, figure, style
 
 MARGINS = (1.0, 1.1, 1.25, 1.5, 2.0)  # of the next family's error over the winner's; each begins a colour
 STRENGTHS = (0.28, 0.46, 0.64, 0.82, 1.0)  # of the family's colour
@@ -43,7 +42,7 @@ class Winner(NamedTuple):
     margin: float  # [-] the next family's error over the winner's; inf where no other stays stable
 
 
-def plot_map(grid: Grid, winners: Sequence[Winner], families: Sequence[str]) -> Figure:
+def plot_map(grid: Grid, winners: Sequence[Winner], families: Sequence[str]) -> Plot:
     """A map of winners: colour says the family, its strength the margin, a mark the winner's observer.
 
     Grey is a tie, with a strip of the colours of those that tie. Hatched is where no law stays stable.
@@ -75,7 +74,7 @@ def plot_map(grid: Grid, winners: Sequence[Winner], families: Sequence[str]) -> 
 
 def panels_and_key(
     grid: Grid, families: int, observers: int
-) -> tuple[Figure, Sequence[Sequence[Axes]], tuple[Axes, Axes]]:
+) -> tuple[Plot, Sequence[Sequence[Axes]], tuple[Axes, Axes]]:
     """Empty panels, and two axes below them for what colours and signs mean."""
     rows, columns = len(grid.rows), len(grid.columns)
     tall = rows * (panel_height(grid) + 0.14) + (0.7 if any(grid.columns) else 0.5)

@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hydroservo.figures.studies.layout import fix_layout
-from hydroservo.figures.studies.looks import SOFT
+from hydroservo.figures.studies.looks import SOFT, fix_layout
 
 Numbers = NDArray[np.float64]
 

@@ -3,13 +3,11 @@
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from hydroservo.figures.studies.looks import INK, SOFT, family_colours
+from hydroservo.figures.studies.looks import INK, SOFT, family_colours, plain_log
 from hydroservo.figures.studies.names import Named, name_points
-from hydroservo.figures.studies.scales import plain_log
-from hydroservo.figures.style import figure, style
+from hydroservo.figures.style import Plot, figure, style
 from hydroservo.formatting import readable_unit
 
 SIZE = 5.5  # points
@@ -29,7 +27,7 @@ class TargetPoint(NamedTuple):
     kind: str  # in small motions: of KINDS
 
 
-def plot_target(points: Sequence[TargetPoint], families: Sequence[str], metric: str, unit: str) -> Figure:
+def plot_target(points: Sequence[TargetPoint], families: Sequence[str], metric: str, unit: str) -> Plot:
     """Error against operations a sample; hollow marks are of laws that have no margins.
 
     A line shows the least error that is to be had for so many operations.

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.identification.maps.piston import Piston
-from hydroservo.identification.maps.reading import bridged
+from hydroservo.identification.maps.reading import Piston, bridged
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.spikes import noise_of
 from hydroservo.identification.thinning import thinned

@@ -18,8 +18,7 @@ from hydroservo.identification.maps.decay_fit import (
     with_offsets,
 )
 from hydroservo.identification.maps.decay_numbers import check_decays, numbers_of, values_of
-from hydroservo.identification.maps.piston import Piston
-from hydroservo.identification.maps.reading import demand
+from hydroservo.identification.maps.reading import Piston, demand
 from hydroservo.identification.maps.result import Found, curve_of
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.signals import COMMAND
@@ -50,9 +49,6 @@ def decay(logs: Sequence[Understood], piston: Piston) -> Found:
             piston moves.
         piston: of the scenario's plant: areas and volumes.
 
-    Raises:
-        ScenarioError: a log lacks a signal, its command changes, or its pressures do not decay.
-
     Source: the continuity of flow; Merritt, Hydraulic Control Systems, 1967, ch. 6; least squares.
     Fails where the valve's own leakage counts, which is taken for that of the cylinder: ports must be plugged
     or a valve with overlap closed; and where the bulk modulus changes much over the pressures of the log, of
@@ -78,11 +74,7 @@ def decay(logs: Sequence[Understood], piston: Piston) -> Found:
 
 
 def check_motion(stretches: Sequence[Watched], piston: Piston, name: str) -> None:
-    """Refuse pressures that a motion moves the wrong way.
-
-    Raises:
-        ScenarioError: they rise where the piston leaves them room.
-    """
+    """Refuse pressures that a motion moves the wrong way."""
     fit = regressed(stretches, piston, True) if any(map(moves, stretches)) else None
     if fit is not None and fit.modulus + fit.found.half(fit.weight(fit.stretches + fit.offsets)) < 0.0:
         problem = (
@@ -93,11 +85,7 @@ def check_motion(stretches: Sequence[Watched], piston: Piston, name: str) -> Non
 
 
 def check_volumes(fit: DecayFit, stretches: Sequence[Watched], piston: Piston, name: str) -> None:
-    """Refuse pressures that the volumes of both chambers explain far better when exchanged.
-
-    Raises:
-        ScenarioError: they do.
-    """
+    """Refuse pressures that the volumes of both chambers explain far better when exchanged."""
     other = regressed([exchanged(one, piston) for one in stretches], piston, fit.seen, fit.offsets)
     if other is not None and other.found.scatter < CLEARER * fit.found.scatter:
         problem = (
@@ -120,11 +108,7 @@ def offset_remark(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -
 
 
 def check_signals(log: Understood, piston: Piston) -> None:
-    """Refuse a log that is none of blocked ports.
-
-    Raises:
-        ScenarioError: it lacks pressures, or its command changes.
-    """
+    """Refuse a log that is none of blocked ports."""
     by_load_force = not piston.has_chambers and any("load_force" in one.measured for one in log.segments)
     if not by_load_force:
         for name in ("pressure_a", "pressure_b"):

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.identification.maps.balances import Balance, Watched, balances
-from hydroservo.identification.maps.piston import Piston
+from hydroservo.identification.maps.reading import Piston
 from hydroservo.identification.regression import Regression, regression
 from hydroservo.identification.spikes import noise_of
 

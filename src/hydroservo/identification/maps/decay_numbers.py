@@ -8,7 +8,7 @@ from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.maps.balances import Watched
 from hydroservo.identification.maps.decay_fit import DecayFit
-from hydroservo.identification.maps.piston import Piston
+from hydroservo.identification.maps.reading import Piston
 from hydroservo.identification.maps.result import Interval
 
 
@@ -85,9 +85,6 @@ def check_decays(fit: DecayFit, free: DecayFit, stretches: Sequence[Watched], na
         free: with them, where the decay tells them.
         stretches: of the logs.
         name: of the first log.
-
-    Raises:
-        ScenarioError: they do not.
     """
     leak = [*leakages_of(fit).values()]
     rises = any(one.high < 0.0 for one in leak)

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from hydroservo.errors import ScenarioError
 from hydroservo.identification.maps.friction_law import FrictionFit, fitted_friction
-from hydroservo.identification.maps.piston import Piston
-from hydroservo.identification.maps.reading import demand
+from hydroservo.identification.maps.reading import Piston, demand
 from hydroservo.identification.maps.result import Drawn, Found, Interval, curve_of
 from hydroservo.identification.maps.speeds import Speeds, range_of, speeds_of, sum_at
 from hydroservo.identification.maps.stretches import Stretch, longest_of, stretches
@@ -57,9 +56,6 @@ def friction(logs: Sequence[Understood], loop: Loop | None, piston: Piston | Non
         loop: of the scenario; None without one.
         piston: of its plant.
 
-    Raises:
-        ScenarioError: a log lacks a signal, or moves nowhere at a constant speed.
-
     Source: the balance of forces; Jelali and Kroll, Hydraulic Servo-systems, 2003, ch. 4 (friction from
     moves of constant speed).
     Fails to tell a constant force from friction that differs between the directions, and below the speeds at
@@ -86,11 +82,7 @@ def friction(logs: Sequence[Understood], loop: Loop | None, piston: Piston | Non
 
 
 def check_signals(log: Understood, piston: Piston | None) -> None:
-    """Refuse a log from which friction does not follow.
-
-    Raises:
-        ScenarioError: it lacks a signal, or there is no scenario with the piston's areas.
-    """
+    """Refuse a log from which friction does not follow."""
     demand(log, ("velocity", "position"), "a friction map")
     if all("load_force" in one.measured for one in log.segments):
         return

@@ -12,9 +12,8 @@ from hydroservo.identification.balance_check import check_balance
 from hydroservo.identification.log import Given, log_mapping
 from hydroservo.identification.maps.decay import decay
 from hydroservo.identification.maps.friction import friction
-from hydroservo.identification.maps.piston import piston_of
 from hydroservo.identification.maps.pressure_gain import pressure_gain
-from hydroservo.identification.maps.reading import logs_of
+from hydroservo.identification.maps.reading import logs_of, piston_of
 from hydroservo.identification.maps.result import Found, Interval, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow
 from hydroservo.identification.plausible import check_positions, stroke_of
@@ -100,16 +99,12 @@ def map_logs(
         remarks,
         tables,
         found.undetermined,
+        None if assembly is None else assembly.loop,
     )
 
 
 def measured(kind: Kind, logs: Sequence[Understood], assembly: Assembly | None, scenario: str) -> Found:
-    """What a kind of map finds.
-
-    Raises:
-        ParameterError: it needs a scenario, and there is none.
-        ScenarioError: the logs are not what it needs.
-    """
+    """What a kind of map finds."""
     loop: Loop | None = None if assembly is None else assembly.loop
     piston = None if loop is None else piston_of(loop.plant, scenario)
     if kind == Kind.PRESSURE_GAIN:

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import quantity
 from hydroservo.hooks import line_pressures
-from hydroservo.identification.maps.piston import Piston
-from hydroservo.identification.maps.reading import demand
+from hydroservo.identification.maps.reading import Piston, demand
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
 from hydroservo.identification.maps.sweep_line import (
     Line,
@@ -49,10 +48,6 @@ def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston 
         logs: with the command, and both pressures or the load force.
         loop: of the scenario; None without one.
         piston: of its plant.
-
-    Raises:
-        ScenarioError: a log lacks a signal, the piston moves, the sweep is too fast, or no samples are there
-            where the pressure changes.
 
     Source: ISO 10770-1 and SAE ARP490 (the mean slope within 40 % of the largest load pressure).
     Fails where the lines hold so much oil that the valve's leakage does not keep up with the sweep.
@@ -94,11 +89,7 @@ def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston 
 
 
 def check_blocked(one: Segment, name: str) -> None:
-    """Refuse a log in which the piston moves.
-
-    Raises:
-        ScenarioError: it does.
-    """
+    """Refuse a log in which the piston moves."""
     rows = {key: one.measured[key] for key in ("velocity", "position") if key in one.measured}
     if rows:
         period, few = thinned(one.period, rows, FEW)  # means, for a position's slope is noisy
@@ -120,11 +111,7 @@ def load_pressure(one: Segment, piston: Piston | None) -> Samples | None:
 
 
 def largest_of(sweeps: Sequence[Pass], loop: Loop | None, name: str) -> float:
-    """The largest load pressure: the supply's drop, or that of the sweep without a scenario [Pa].
-
-    Raises:
-        ScenarioError: the sweep does not reach 40 % of the supply's drop.
-    """
+    """The largest load pressure: the supply's drop, or that of the sweep without a scenario [Pa]."""
     seen = float(np.quantile(np.abs(np.concatenate([one.answer for one in sweeps])), 0.99))
     if loop is None:
         return seen
@@ -146,9 +133,6 @@ def line_of(sweeps: Sequence[Pass], reach: float, name: str) -> Line:
         sweeps: the passes.
         reach: 40 % of the largest load pressure [Pa].
         name: of the log.
-
-    Raises:
-        ScenarioError: they are too few, or the pressure does not follow the command.
     """
     found = line_through(chosen(sweeps, -reach, reach))
     if found is not None:

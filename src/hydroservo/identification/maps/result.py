@@ -4,9 +4,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.formatting import MINUS, NONE, quantity
-from hydroservo.html_tables import Strong, html_heading, html_remarks, html_table
-from hydroservo.identification.on_base import on_base
+from hydroservo.formatting import MINUS, quantity
+from hydroservo.identification.maps.finding import map_finding
+from hydroservo.identification.result import on_base
+from hydroservo.loop import Loop
+from hydroservo.show.html import html_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,6 +96,7 @@ class StaticMap(NamedTuple):
         remarks: what a user should know, in a line each.
         tables: of a scenario over the given one, with what was found.
         undetermined: numbers that it cannot give, and why.
+        loop: of the scenario, where one was given.
     """
 
     kind: str
@@ -105,6 +108,7 @@ class StaticMap(NamedTuple):
     remarks: Sequence[str]
     tables: Mapping[str, Any]
     undetermined: Mapping[str, str] = {}
+    loop: Loop | None = None
 
     def toml(self, folder: Path | str = ".") -> str:
         """The text of a scenario with what was found, which builds on the given one.
@@ -121,16 +125,7 @@ class StaticMap(NamedTuple):
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
-        rows: list[tuple[str, str | Strong, str, str]] = []
-        for name, one in self.numbers.items():
-            value, low, high = (quantity(end, one.unit) for end in one[:3])
-            rows.append((name, Strong(value), f"{low} to {high}", one.meaning))
-        rows += [(name, NONE, NONE, why) for name, why in self.undetermined.items()]
-        return (
-            html_heading(self.kind, f"from {', '.join(self.logs)}")
-            + html_table(("number", "value", "95 % interval", "meaning"), rows)
-            + html_remarks(self.remarks)
-        )
+        return html_of(map_finding(self))
 
 
 def kept(value: float) -> Interval:

@@ -184,9 +184,6 @@ def check_slow(loops: Loops, widest: float, span: float, name: str) -> Iterator[
         widest: share of the command's span that they may lie apart.
         span: of the command [V].
         name: of the log.
-
-    Raises:
-        ScenarioError: it was too fast.
     """
     shown, made, rate = shown_in_volts(loops.apart[0], loops.made, loops.rate)
     whose = "the log" if loops.measured else "the scenario's valve and sampling"

@@ -95,11 +95,7 @@ def rate_of(command: Samples, period: float) -> Samples:
 
 
 def span_of(sweeps: Sequence[Pass], name: str) -> float:
-    """How far the command goes [V].
-
-    Raises:
-        ScenarioError: it does not go both ways.
-    """
+    """How far the command goes [V]."""
     ways = {one.rising for one in sweeps}
     if ways != {True, False}:
         missing = "no slow sweep" if not ways else "a sweep one way only"

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import quantity
 from hydroservo.hooks import line_pressures
-from hydroservo.identification.maps.piston import Piston
-from hydroservo.identification.maps.reading import demand, velocity_of
+from hydroservo.identification.maps.reading import Piston, demand, velocity_of
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
 from hydroservo.identification.maps.sweep_line import (
     Line,
@@ -64,9 +63,6 @@ def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
         logs: with the command, and velocity or position.
         loop: of the scenario: its supply, valve and stroke.
         piston: of its plant.
-
-    Raises:
-        ScenarioError: a log lacks a signal, is no slow sweep, or nothing flows one way.
 
     Source: ISO 10770-1 (flow curve, lap by straight lines that are carried on to no flow, hysteresis).
     Fails where leakage and compression count beside the flow and are not known, and for a flow whose gain
@@ -155,11 +151,7 @@ def beside_motion(rows: Mapping[str, Samples], piston: Piston, period: float) ->
 
 
 def side_of(sweeps: Sequence[Pass], sign: float, name: str) -> Side:
-    """The line of one direction of flow.
-
-    Raises:
-        ScenarioError: nothing flows that way.
-    """
+    """The line of one direction of flow."""
     means = np.concatenate([mean_answer(sweeps, rising)[1] for rising in (True, False)])
     largest = float((sign * means).max())
     found = None

@@ -69,9 +69,6 @@ def run_study(progress: Progress | None = None) -> Study:
 
     Args:
         progress: called after each run with how many are done, of how many, and which it was.
-
-    Raises:
-        HydroservoError: a built-in scenario does not load or run.
     """
     runs = all_runs()
     shown = set(runs_of(REPRODUCED).values())

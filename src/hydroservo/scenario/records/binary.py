@@ -57,10 +57,6 @@ def read_binary_columns(path: Path, choose: Choose, largest: int, *, gaps: bool)
         choose: the columns.
         largest: how many bytes it may have.
         gaps: samples may be missing.
-
-    Raises:
-        ScenarioError: it cannot be read, is too large, or a column is not a row of numbers as long as the
-            others.
     """
     name, kind = str(path), path.suffix.lower()
     check_regular(path, largest, name)
@@ -84,11 +80,7 @@ def read_binary_columns(path: Path, choose: Choose, largest: int, *, gaps: bool)
 
 
 def choose_from(table: Table, choose: Choose, name: str) -> Sequence[Column]:
-    """The columns that are wanted.
-
-    Raises:
-        ScenarioError: one is missing; it says what else is in the file.
-    """
+    """The columns that are wanted."""
     others = f"{', '.join(table.others[:NAMED])}{' ...' if len(table.others) > NAMED else ''}"
     advice = ADVICE if name.lower().endswith(".mat") else ""
     if not table.headers:
@@ -103,11 +95,7 @@ def choose_from(table: Table, choose: Choose, name: str) -> Sequence[Column]:
 
 
 def check_lengths(columns: Sequence[Column], samples: Samples, name: str) -> None:
-    """Refuse columns that are not those of one table.
-
-    Raises:
-        ScenarioError: they have another length than the first, or instants that do not increase.
-    """
+    """Refuse columns that are not those of one table."""
     first, *others = columns
     size = samples[first.signal].size
     for one in others:
@@ -120,11 +108,7 @@ def check_lengths(columns: Sequence[Column], samples: Samples, name: str) -> Non
 
 
 def check_increasing(column: Column, instants: NDArray[np.float64], name: str) -> None:
-    """Refuse instants that do not increase.
-
-    Raises:
-        ScenarioError: they do not.
-    """
+    """Refuse instants that do not increase."""
     late = np.flatnonzero(~(np.diff(instants) > 0.0))
     if late.size:
         place = f"row {late[0] + 2}, column {column.header.text}"

@@ -133,11 +133,7 @@ def choose_columns(
 
 
 def find_header(name: str, headers: Sequence[Header], where: tuple[str, str]) -> tuple[Header, str] | None:
-    """The header of a name, or of a name and a unit, and that unit; None if there is none.
-
-    Raises:
-        ScenarioError: there are two.
-    """
+    """The header of a name, or of a name and a unit, and that unit; None if there is none."""
     matches, unit = headers_named(name, headers), ""
     if not matches:
         own, unit = name_and_unit(name)
@@ -156,9 +152,6 @@ def scaled_column(signal: str, field: Field, header: Header, unit: str, source: 
         header: the column's.
         unit: that the user gives; "" for that of the header.
         source: what the user says of it.
-
-    Raises:
-        ValueError: its numbers are not in a unit of the signal's dimension.
     """
     if header.clock and field.unit == "s":
         return Column(signal, header, "s")
@@ -177,11 +170,7 @@ def known_unit(unit: str) -> str:
 
 
 def column_offset(offset: str | float, unit: str) -> float:
-    """The offset of a signal in its SI unit.
-
-    Raises:
-        ValueError: it is not a quantity of the signal's dimension.
-    """
+    """The offset of a signal in its SI unit."""
     if not isinstance(offset, str):
         return float(offset)
     try:
@@ -191,11 +180,7 @@ def column_offset(offset: str | float, unit: str) -> float:
 
 
 def column_factor(scale: str, unit: str, si_unit: str) -> Fraction:
-    """SI units of a signal per unit of its column.
-
-    Raises:
-        ValueError: they have another dimension, or there is no unit.
-    """
+    """SI units of a signal per unit of its column."""
     if not scale:
         if not unit and si_unit:
             raise ValueError("has no unit")

@@ -30,11 +30,7 @@ class Decimals:
         self.mark, self.first, self.sure = "", ("", 0, ""), False
 
     def number(self, text: str, line: int, column: str) -> float:
-        """The finite number that a cell says.
-
-        Raises:
-            ScenarioError: it says none, or has another decimal mark than the cells before it.
-        """
+        """The finite number that a cell says."""
         marks = MARKS.findall(text) if self.either else ()
         value = number(text.replace(",", ".") if len(marks) == 1 else text)
         if value is None:
@@ -53,11 +49,7 @@ class Decimals:
         self.sure = self.sure or not GROUPED.fullmatch(text.strip())
 
     def check(self) -> None:
-        """Refuse numbers whose marks may all separate thousands.
-
-        Raises:
-            ScenarioError: they may.
-        """
+        """Refuse numbers whose marks may all separate thousands."""
         if self.mark and not self.sure:
             text, line, column = self.first
             word = WORDS[self.mark]

@@ -72,9 +72,6 @@ def text_table(path: Path, largest: int, fewest: int = 2) -> TextTable:
         path: of the file.
         largest: how many bytes it may have.
         fewest: columns that it must have.
-
-    Raises:
-        ScenarioError: it cannot be read, is larger, or has no header.
     """
     name = str(path)
     text = read_record_text(path, largest, name)
@@ -99,11 +96,7 @@ def text_table(path: Path, largest: int, fewest: int = 2) -> TextTable:
 
 
 def layout_of(head: Sequence[tuple[int, str]], fewest: int, name: str) -> Layout:
-    """The layout of a text by its first lines.
-
-    Raises:
-        ScenarioError: it has no header, or cells that may be separated by one or another sign.
-    """
+    """The layout of a text by its first lines."""
     layouts = [found for delimiter in DELIMITERS if (found := layout_by(delimiter, head, fewest)) is not None]
     if not layouts:
         raise no_header(head, fewest, name)

@@ -18,11 +18,7 @@ COMMENTS = ("#", "%", "//", "!", "sep=", "SEP=")  # "sep=;" is a hint to spreads
 
 
 def numbered_lines(text: str, name: str) -> Iterator[tuple[int, str]]:
-    """The lines of a text and their numbers.
-
-    Raises:
-        ScenarioError: one is too long to be of a table.
-    """
+    """The lines of a text and their numbers."""
     for number, line in enumerate(StringIO(text.rstrip("\r\n"), newline=""), 1):
         if len(line) > LONGEST_LINE:
             raise ScenarioError(name, f"line {number}", f"is longer than {LONGEST_LINE} characters")
@@ -59,9 +55,6 @@ def numbered_rows(
         columns: that the header has.
         fewest: cells that a row may have, as the first one does; what it lacks at its end is empty.
         name: the file that an error names.
-
-    Raises:
-        ScenarioError: one has more or fewer, or quotes that do not match.
     """
     number = 0
 

@@ -10,7 +10,7 @@ from typing import Any
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
 from hydroservo.field import Field
 from hydroservo.inputs import exists
-from hydroservo.runs.record_coverage import remember_source
+from hydroservo.runs.cautions.records import remember_source
 from hydroservo.scenario.quantities import si_value, unit_factor
 from hydroservo.scenario.records.columns import (
     TIME,
@@ -64,11 +64,7 @@ def recorded(table: Table, field: Field | None) -> TimeSeries:
 
 
 def period_in(table: Table) -> float | None:
-    """The time between samples that a table gives [s]; None if it gives none.
-
-    Raises:
-        ScenarioError: it is not a time above 0.
-    """
+    """The time between samples that a table gives [s]; None if it gives none."""
     if not table.has("period"):
         return None
     entry = table.entry("period")
@@ -90,11 +86,7 @@ def curve_keys(field: Field | None) -> tuple[str, ...]:
 
 
 def sample_period(value: Any) -> float:
-    """The time between samples that a quantity or a number says [s].
-
-    Raises:
-        ValueError: it says none above 0.
-    """
+    """The time between samples that a quantity or a number says [s]."""
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise ValueError('must be a time, such as "10 ms"')
     period = si_value(value, "s") if isinstance(value, str) else float(value)
@@ -126,9 +118,6 @@ def read_series(
         period: of the samples [s], where no column holds their instants.
         scale: of the signal per unit of the column, such as "0.25 V/mA".
         offset: of the signal where the column is 0, such as "-62.5 bar", or a number in its SI unit.
-
-    Raises:
-        ScenarioError: naming the file, the line and the column.
     """
     name = str(path)
     axis = Field(field.over, "axis") if field else None
@@ -175,9 +164,6 @@ def column_at(
     """The column with a name, or the one at a place where no name is given.
 
     A column without a unit is taken to be in SI units; one without a declaration is read in its own.
-
-    Raises:
-        ScenarioError: there is none, or more than one, or its unit has another dimension.
     """
     match = find_header(name, headers, where) if name is not None else None
     if name is None and default < len(headers):

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from hydroservo.figures.studies.grid import Axis, Grid, Level
-from hydroservo.formatting import NONE, number
+from hydroservo.formatting import number
 from hydroservo.studies.ablation import Ratio, over_cells
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.standing import Standing
@@ -83,11 +83,6 @@ class Findings(NamedTuple):
         own = [standings[law] for standings in lived if law in standings]
         runs = sum(one.conditions for one in own)
         return sum(one.lost.lost for one in own) / runs if runs else math.nan
-
-    def percent_lost(self, law: str) -> str:
-        """The same as it is read."""
-        lost = self.lost(law)
-        return NONE if math.isnan(lost) else f"{number(100.0 * lost, 2)} %"
 
     def rows(self) -> dict[str, list[str]]:
         """The laws that are there with several observers, by what they are without one."""

@@ -3,22 +3,23 @@
 import hashlib
 import json
 from collections.abc import Callable, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo._version import __version__
 from hydroservo.figures.style import save_figure
 from hydroservo.outputs import staged, write_text
-from hydroservo.reports.decimal_commas import with_decimal_commas
-from hydroservo.reports.folder import FIGURES, write_tables
-from hydroservo.reports.journal import NO_JOURNAL, Journal
-from hydroservo.runs.results import METRICS, as_json, write_metrics
+from hydroservo.show.journal import NO_JOURNAL, Journal, with_decimal_commas
+from hydroservo.show.numbers import METRICS, as_json, write_metrics
+from hydroservo.show.page import FIGURES, address, write_tables
+from hydroservo.studies.report.cell_tables import cell_tables
 from hydroservo.studies.report.commands import conditions_in, repeats
-from hydroservo.studies.report.exported import exported
 from hydroservo.studies.report.findings import findings
+from hydroservo.studies.report.law_tables import law_tables
 from hydroservo.studies.report.page import page
 from hydroservo.studies.report.pictures import pictures
-from hydroservo.studies.report.tables import cell_tables
+from hydroservo.studies.report.tables import front_table
 from hydroservo.studies.verdicts import Verdicts
 
 if TYPE_CHECKING:
@@ -58,28 +59,27 @@ def write_report(
 
     Returns:
         The path of ``report.html``.
-
-    Raises:
-        HydroservoError: a file cannot be written.
     """
     found = findings(manifest, verdicts)
     asked = {key: value for key, value in manifest.items() if key not in VERSIONS}
     fingerprint = digest({"manifest": asked, "verdicts": verdicts.as_dict()})
     drawn = pictures(found)
     again = repeats(table, found, conditions_in(folder))
-    cells = cell_tables(found, again)
+    levels = {level: law_tables(found._replace(level=level)) for level in verdicts.levels}
+    cells = {name: cell_tables(found, name) for name in manifest["cells"] if name in found.at.cells}
     with staged(folder, last=METRICS) as stage:
         for done, one in enumerate(drawn, start=1):
-            figure = one.draw(found)
+            figure = one.draw()
             save_figure(figure, stage / PICTURES / one.name, fingerprint)
             journal.save(figure, stage / FIGURES / one.name, fingerprint)
             if progress:
                 progress(done, len(drawn))
         write_text(stage / VERDICTS, as_json(verdicts.as_dict()) + "\n")
-        write_tables(stage, [*exported(found, cells)])
+        write_tables(stage, [front_table(found), *chain(*levels.values(), *cells.values())])
         if journal.decimal_comma:
             with_decimal_commas(stage)
-        write_text(stage / REPORT, page(found, drawn, stage / PICTURES, fingerprint, cells, command))
+        addresses = [(one, address(stage / PICTURES / f"{one.name}.svg")) for one in drawn]
+        write_text(stage / REPORT, page(found, addresses, fingerprint, levels, cells, again, command))
         about = {"title": manifest["title"], "fingerprint": fingerprint, "version": __version__}
         write_metrics(stage, about)
     return folder / REPORT

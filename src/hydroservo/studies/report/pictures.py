@@ -2,8 +2,9 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from hydroservo.figures.studies.distance import Distance, plot_distance
 from hydroservo.figures.studies.factorial import Combination, FactorShare, plot_factorial
@@ -11,56 +12,39 @@ from hydroservo.figures.studies.forest import RatioLine, plot_forest
 from hydroservo.figures.studies.fronts import FrontLine, FrontPanel, plot_fronts
 from hydroservo.figures.studies.map import Winner, plot_map
 from hydroservo.figures.studies.target import TargetPoint, plot_target
+from hydroservo.show import Picture
 from hydroservo.studies.fronts import FrontPoint
 from hydroservo.studies.pareto import on_front
 from hydroservo.studies.report.captions import CAPTIONS
 from hydroservo.studies.report.findings import Findings, cell_at, sure, with_levels
-from hydroservo.studies.report.property_tables import kind_of
+from hydroservo.studies.report.law_tables import kind_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from hydroservo.figures.style import Plot
 
 MOST = 6  # laws beside the reference whose fronts are told apart
-
-
-class Picture(NamedTuple):
-    """A picture that a study has.
-
-    Attributes:
-        name: of its files.
-        caption: what it shows.
-        draw: draws it.
-    """
-
-    name: str
-    caption: str
-    draw: "Callable[[Findings], Figure]"
 
 
 def pictures(found: Findings) -> list[Picture]:
     """Those that a study has something to show in."""
     at = found.at
     lived = any(cell.best.law for cell in at.cells.values())
-    has = {
-        "fronts": any(one.points for own in found.verdicts.fronts.values() for one in own.values()),
-        "map": True,
-        "factorial": lived and bool(found.rows()),
-        "parts": bool(at.worths),
-        "target": bool(target_points(found)),
-        "limit": bool(at.cells[found.cell].best.law and at.cells[found.cell].limit.conditions),
+    choices = {
+        "fronts": (fronts, any(one.points for own in found.verdicts.fronts.values() for one in own.values())),
+        "map": (the_map, True),
+        "factorial": (factorial, lived and bool(found.rows())),
+        "parts": (parts, bool(at.worths)),
+        "target": (target, bool(target_points(found))),
+        "limit": (limit, bool(at.cells[found.cell].best.law and at.cells[found.cell].limit.conditions)),
     }
-    draws = {
-        "fronts": fronts,
-        "map": the_map,
-        "factorial": factorial,
-        "parts": parts,
-        "target": target,
-        "limit": limit,
-    }
-    return [Picture(name, CAPTIONS[name](found), draws[name]) for name, there in has.items() if there]
+    return [
+        Picture(name, CAPTIONS[name](found), partial(draw, found))
+        for name, (draw, there) in choices.items()
+        if there
+    ]
 
 
-def fronts(found: Findings, also: Sequence[str] = ()) -> "Figure":
+def fronts(found: Findings, also: Sequence[str] = ()) -> "Plot":
     """The error of each law over its activity, in each cell.
 
     Args:
@@ -102,7 +86,7 @@ def highlighted_laws(found: Findings) -> list[str]:
     return [law for law in dict.fromkeys(laws) if law in stems.values()][: MOST + 1]
 
 
-def the_map(found: Findings) -> "Figure":
+def the_map(found: Findings) -> "Plot":
     """Who wins in which cell at which level of activity."""
     laws = found.manifest["laws"]
     winners = []
@@ -119,7 +103,7 @@ def the_map(found: Findings) -> "Figure":
     return plot_map(with_levels(found), winners, found.families)
 
 
-def factorial(found: Findings) -> "Figure":
+def factorial(found: Findings) -> "Plot":
     combinations = [
         Combination(row, observer_of(found.laws[law]) or "none", *found.to_reference(law), found.lost(law))
         for row, laws in found.rows().items()
@@ -135,7 +119,7 @@ def observer_of(law: Mapping[str, Any]) -> str:
     return str(law["observer"] or "").removesuffix("Observer")
 
 
-def parts(found: Findings) -> "Figure":
+def parts(found: Findings) -> "Plot":
     lines = [
         RatioLine(
             f"{one.whole} without {one.part}",
@@ -154,7 +138,7 @@ def parts(found: Findings) -> "Figure":
     )
 
 
-def target(found: Findings) -> "Figure":
+def target(found: Findings) -> "Plot":
     return plot_target(target_points(found), found.families, found.metric, found.unit)
 
 
@@ -170,7 +154,7 @@ def target_points(found: Findings) -> list[TargetPoint]:
     return points
 
 
-def limit(found: Findings) -> "Figure":
+def limit(found: Findings) -> "Plot":
     cell = found.at.cells[found.cell]
     lines = []
     for law, one in cell.limit.laws.items():

@@ -10,7 +10,7 @@ from hydroservo.studies.ablation import Ratio
 from hydroservo.studies.pareto import STILL
 from hydroservo.studies.report.captions import level_text
 from hydroservo.studies.report.findings import Findings, sure
-from hydroservo.studies.report.property_tables import kind_of
+from hydroservo.studies.report.law_tables import kind_of
 
 MOST = 3  # names in a row
 WIDE = 10.0  # an end of an interval over the other, from which it says nothing

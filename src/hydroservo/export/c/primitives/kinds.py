@@ -8,22 +8,14 @@ from hydroservo.export.translate.terms import Known, Record, Type
 
 
 def record_of(kind: Type) -> Record:
-    """A type as a record.
-
-    Raises:
-        TranslationError: it is none.
-    """
+    """A type as a record."""
     if not isinstance(kind, Record):
         raise TranslationError("arithmetic on states is translated to C for whole states, not for numbers")
     return kind
 
 
 def known_of(kind: Type) -> int:
-    """A whole number that is part of the code.
-
-    Raises:
-        TranslationError: it is not known while translating.
-    """
+    """A whole number that is part of the code."""
     if not isinstance(kind, Known):
         raise TranslationError("the kind of a random number is part of the code, not a signal")
     return kind.value

@@ -48,9 +48,6 @@ def draw_figures(
         out: the folder.
         origin: names the results.
         progress: called after each figure.
-
-    Raises:
-        HydroservoError: a file cannot be written.
     """
     written = []
     for done, one in enumerate(FIGURES, 1):

@@ -15,7 +15,8 @@ from hydroservo.papers.tsmc_eha_2021.report.overview import draw_overview
 from hydroservo.papers.tsmc_eha_2021.report.page import page
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import draw_map
 from hydroservo.papers.tsmc_eha_2021.study import Progress, Study
-from hydroservo.runs.results import METRICS, metrics_csv, save, write_metrics
+from hydroservo.runs.results import metrics_csv, save
+from hydroservo.show.numbers import METRICS, write_metrics
 
 REPORT = "report.html"
 
@@ -34,9 +35,6 @@ def write_report(study: Study, out: Path, progress: Progress | None = None) -> P
 
     Returns:
         The path of ``report.html``.
-
-    Raises:
-        HydroservoError: a file cannot be written.
     """
     table = metrics_csv(study.metrics.astype(dict.fromkeys(FLAGS, bool)), METRIC_FIELDS)
     fingerprint = hashlib.sha256(table.encode()).hexdigest()[:12]

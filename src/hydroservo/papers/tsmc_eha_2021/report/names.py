@@ -10,7 +10,7 @@ from hydroservo.papers.tsmc_eha_2021.report.typeset import plain_signs
 
 Trajectories = Mapping[str, xr.Dataset]  # the six runs shown, by demand and controller, such as "sine-tsmc"
 
-FLAGS = ("stroke_left", "diverged")  # the metrics that are true or false
+FLAGS = ("demand_jumps", "stroke_left", "diverged")  # the metrics that are true or false
 NAMES = {"pi": "PI", "backstepping": "backstepping", "tsmc": "TSMC"}
 DELTAS = {-1: f"{MINUS}Δ", 0: "nominal", 1: "+Δ"}  # the six uncertain parameters
 

@@ -15,8 +15,7 @@ from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories, condition
 from hydroservo.papers.tsmc_eha_2021.report.typeset import symbols
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, FILLS
 from hydroservo.papers.tsmc_eha_2021.study import Study
-from hydroservo.reports.picture import address
-from hydroservo.reports.templating import environment
+from hydroservo.show.page import address, environment
 
 if TYPE_CHECKING:
     import jinja2

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
+from hydroservo import show
 from hydroservo.formatting import column, measured, number, yes_or_no
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim
@@ -31,10 +32,12 @@ from hydroservo.papers.tsmc_eha_2021.report.names import (
 )
 from hydroservo.papers.tsmc_eha_2021.report.reasons import worst_case
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import colour_class
-from hydroservo.papers.tsmc_eha_2021.study import Study
+from hydroservo.papers.tsmc_eha_2021.study import Study, Verdict
 from hydroservo.runs.results import best_runs, metric_fields, metrics_of, scenario_of
 
 Table = list[dict[str, Any]]
+
+HOLDS = {True: show.Cell("holds", mark=show.Mark.GOOD), False: show.Cell("fails", mark=show.Mark.BAD)}
 
 LISTED = (
     "rms_error",
@@ -71,6 +74,22 @@ def summary(study: Study) -> str:
         f"Of {many} claims, {reproduced} hold as reproduced and {literal} to the letter of the print. "
         f"{always} hold under all {total} conditions, {many - always - never} under some, {never} under none."
     )
+
+
+def verdict_table(verdicts: Sequence[Verdict]) -> show.Table:
+    """The paper's claims, each judged as reproduced, to the letter of the print and over all conditions."""
+    columns = map(
+        show.Column, ("claim", "what it says", "as reproduced", "to the letter", "over all conditions")
+    )
+    rows = [
+        [
+            *(show.Cell(one.claim), show.Cell(one.title)),
+            *(HOLDS[one.reproduced], HOLDS[one.to_the_letter]),
+            show.Cell(f"holds in {one.holds} of {one.total}"),
+        ]
+        for one in verdicts
+    ]
+    return show.Table("verdicts", [*columns], rows)
 
 
 def verdict_rows(study: Study) -> Table:
@@ -160,7 +179,7 @@ def listed_rows(study: Study) -> dict[str, Any]:
     metrics = study.metrics
     columns = {name: column(metrics[name].tolist(), METRIC_FIELDS[name].unit) for name in LISTED}
     cells = zip(*(texts for _, texts in columns.values()), strict=True)
-    flags = zip(*(map(yes_or_no, metrics[name]) for name in FLAGS), strict=True)
+    flags = zip(*(map(yes_or_no, metrics[name]) for name in FLAGS[1:]), strict=True)
     return {
         "headers": [f"{METRIC_FIELDS[name].meaning} [{unit}]" for name, (unit, _) in columns.items()],
         "rows": [

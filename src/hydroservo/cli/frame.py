@@ -1,0 +1,304 @@
+"""The frame of commands: what all of them do with what they find."""
+
+import inspect
+import shlex
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
+
+import typer
+
+from hydroservo.cli.options import DecimalComma, FigureFormat, FigureSize, Json
+from hydroservo.cli.places import WHERE, folder_at, is_folder
+from hydroservo.cli.remarks import say_warning
+from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.outputs import OutputError, check_outputs, existing_folder, written_or_kept
+from hydroservo.show.journal import NO_JOURNAL, Journal, journal_of
+from hydroservo.show.numbers import METRICS, as_json
+
+if TYPE_CHECKING:
+    from hydroservo.cli.progress import Report
+    from hydroservo.show import Finding
+
+NO_MATTER = (  # options that change nothing of what is found
+    "out",
+    "threads",
+    "workers",
+    "scheduler",
+    "json",
+    "verbose",
+    "decimal_comma",
+    "figure_format",
+    "figure_size",
+)
+
+MIB = 2**20  # bytes
+Found = TypeVar("Found")
+PICTURE_ENDINGS = (".png", ".svg", ".pdf")
+
+
+def command_typed(context: typer.Context) -> list[str]:
+    """The running command without what changes nothing of what it finds.
+
+    Args:
+        context: of the command.
+
+    Returns:
+        Its start, then each option, quoted for a shell.
+    """
+    parts = [["hydroservo", str(context.info_name)]]
+    for parameter in context.command.params:
+        name = str(parameter.name)
+        source = context.get_parameter_source(name)
+        if name in NO_MATTER or source is None or source.name != "COMMANDLINE":
+            continue
+        value = context.params[name]
+        values = [str(one) for one in (value if isinstance(value, list) else [value])]
+        if parameter.param_type_name == "argument":
+            parts[0] += values
+        elif isinstance(value, bool):
+            parts.append([parameter.opts[0] if value else parameter.secondary_opts[0]])
+        else:
+            parts += [[parameter.opts[0], one] for one in values]
+    return [shlex.join(part) for part in parts]
+
+
+def again(context: typer.Context) -> str:
+    """The command that makes a report again, into a folder."""
+    first, *options = command_typed(context)
+    return " \\\n    ".join([f"{first} --out DIR", *options])
+
+
+class Written(NamedTuple):
+    """What became of files.
+
+    Attributes:
+        files: those that took their places.
+        failure: why others did not, and where they are instead; None if all did.
+    """
+
+    files: Sequence[Path] = ()
+    failure: Exception | None = None
+
+    def check(self) -> None:
+        """Fail if something could not be written; to be called once all else is said."""
+        if self.failure is not None:
+            raise self.failure
+
+
+def both(first: Written, second: Written) -> Written:
+    """What became of two lots of files; of two failures, a defect goes before what could not be written."""
+    failures = [one for one in (first.failure, second.failure) if one is not None]
+    defects = [one for one in failures if not isinstance(one, OutputError)]
+    lost = OutputError("; ".join(map(str, failures))) if failures else None
+    return Written([*first.files, *second.files], defects[0] if defects else lost)
+
+
+def try_outputs(files: Sequence[Path], size: int = 0) -> None:
+    """Before a computation: find out whether its files can be written.
+
+    Args:
+        files: what will be written.
+        size: about how much the largest of them will take [bytes]; a disk with less is warned of.
+    """
+    check_outputs(files)
+    for folder in dict.fromkeys(existing_folder(file) for file in files):
+        free = shutil.disk_usage(folder).free
+        if free < size:
+            said = f"{free / MIB:.3g} MiB are free, and about {size / MIB:.3g} MiB may be needed"
+            typer.echo(f"hydroservo: warning: {folder}: {said}", err=True)
+
+
+def write_or_keep(folder: Path | None, write: Callable[[Path], Sequence[Path]]) -> Written:
+    """Write files into a folder, all or none; if none, into a temporary folder that the failure names.
+
+    Args:
+        folder: where they go; nothing is written if None.
+        write: writes them into a folder and returns which they are.
+    """
+    try:
+        return Written(() if folder is None else written_or_kept(folder, write))
+    except OutputError as error:
+        return Written((), error)
+
+
+class Answer(NamedTuple):
+    """How a command answers: what its user wants of its finding.
+
+    Attributes:
+        context: of the command line.
+        folder: for a report; None without one.
+        file: for a picture or another file of the finding alone; None without one.
+        files: those that a command writes itself.
+        journal: what figures a journal is to have.
+        json: whether the numbers are printed as JSON.
+    """
+
+    context: typer.Context
+    folder: Path | None = None
+    file: Path | None = None
+    files: Sequence[Path] = ()
+    journal: Journal = NO_JOURNAL
+    json: bool = False
+
+    def __call__(
+        self,
+        name: str,
+        ask: "Callable[[Report], Found]",
+        say: "Callable[[Found], Finding]",
+        *,
+        size: int = 0,
+        others: Sequence[Path] = (),
+        also: Callable[[Found], Written] | None = None,
+    ) -> Found:
+        """Ask, write what was found where it was wanted or can be kept, and show it.
+
+        Args:
+            name: of what is asked about, for progress and warnings.
+            ask: computes, and reports its progress.
+            say: the finding of what that returned.
+            size: about how much its largest file will take [bytes].
+            others: files that are written besides, by ``ask`` or ``also``.
+            also: writes them, once all is found.
+
+        Returns:
+            What was found.
+
+        Raises:
+            OutputError: a file cannot be written; it is found out before all else where it can be.
+            HydroservoError: decimal commas are wanted of no file.
+        """
+        from hydroservo.cli.progress import progress_bar
+        from hydroservo.show.page import REPORT
+
+        place = self.file.parent if self.file else self.folder
+        own = (
+            [self.file] if self.file else [self.folder / METRICS, self.folder / REPORT] if self.folder else []
+        )
+        self.check_commas([*own, *others])
+        try_outputs([*own, *others], size)
+        with progress_bar(name) as report:
+            found = ask(report)
+            finding = say(found)
+            report(1.0, "writing files" if place else name)
+            left = also(found) if also else Written()
+            left = both(left, write_or_keep(place, lambda place: self.write(place, finding)))
+        for remark in finding.remarks:
+            say_warning(name, remark)
+        if self.json:
+            typer.echo(as_json(finding.numbers))
+        else:
+            from hydroservo.show.terminal import show_finding
+
+            show_finding(finding)
+            list_files(self.folder, left.files)
+        left.check()
+        return found
+
+    def check_commas(self, files: Sequence[Path]) -> None:
+        """Refuse decimal commas where no CSV file is written.
+
+        Raises:
+            HydroservoError: they are wanted there.
+        """
+        tables = self.folder or any(one.suffix.lower() == ".csv" for one in files)
+        if self.journal.decimal_comma and not tables:
+            problem = "changes CSV files, and this command writes none; add --out DIR"
+            raise HydroservoError(f"--decimal-comma {problem}")
+
+    def write(self, place: Path, finding: "Finding") -> list[Path]:
+        """Write the report of a finding into a folder, or the one file that is wanted of it."""
+        from hydroservo.show.page import origin_in, write_finding
+
+        if self.file is None:
+            return write_finding(place, finding, again(self.context), self.journal)
+        file, ending = place / self.file.name, self.file.suffix.lower()
+        if ending in PICTURE_ENDINGS:
+            return [finding.pictures[0].draw().save(file, origin=origin_in(finding))]
+        write = next(write for name, write in finding.files.items() if name.endswith(ending))
+        write(file)
+        return [file]
+
+
+def answers(
+    about: str = "Write the results to this folder.", endings: Sequence[str] = (), *, several: bool = False
+) -> Callable[[Callable[..., Any]], Callable[..., None]]:
+    """A command whose parameter ``answer`` stands for all options of what it leaves and prints.
+
+    Args:
+        about: what ``--out`` writes.
+        endings: of one file that it may write instead of a folder.
+        several: whether ``--out`` may be given again, for files that the command writes itself.
+    """
+    shape, more = ("FILE|DIR" if endings else "DIR"), (" May be given again." if several else "")
+    option = typer.Option(
+        "--out", metavar=shape, parser=str if endings else folder_at, help=f"{about}{more} {WHERE}"
+    )
+    kind: Any = list[str] if several else str if endings else Path
+    options = {
+        "out": (Annotated[kind | None, option], None),
+        "figure_size": (FigureSize, None),
+        "figure_format": (FigureFormat, None),
+        "decimal_comma": (DecimalComma, False),
+        "json": (Json, False),
+    }
+    own = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+        for name, (kind, default) in options.items()
+    ]
+    context = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
+
+    def framed(command: Callable[..., Any]) -> Callable[..., None]:
+        @wraps(command)
+        def called(**given: Any) -> None:
+            wanted = {name: given.pop(name) for name in ("context", *options)}
+            command(**given, answer=answer_of(wanted, endings, several=several))
+
+        signature = inspect.signature(command, eval_str=True)
+        parameters = [
+            one.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+            for name, one in signature.parameters.items()
+            if name != "answer"
+        ]
+        place = list(signature.parameters).index("answer")
+        parameters[place:place] = own
+        called.__signature__ = inspect.Signature([context, *parameters])  # type: ignore[attr-defined]
+        called.__annotations__ = {one.name: one.annotation for one in (context, *parameters)}
+        return called
+
+    return framed
+
+
+def answer_of(wanted: Mapping[str, Any], endings: Sequence[str], *, several: bool) -> Answer:
+    """What options say of a command's answer."""
+    out = wanted["out"]
+    files, folder = places_of(out if several else [out], endings) if out and endings else ([], out)
+    journal = journal_of(wanted["figure_format"], wanted["figure_size"], folder, wanted["decimal_comma"])
+    file = files[0] if files and not several else None
+    return Answer(wanted["context"], folder or None, file, files if several else (), journal, wanted["json"])
+
+
+def places_of(texts: Sequence[str], endings: Sequence[str]) -> tuple[list[Path], Path | None]:
+    """The files that ``--out`` names, and the folder; None if it names none."""
+    folders = [text for text in texts if is_folder(text, endings)]
+    files = [Path(text) for text in texts if text not in folders]
+    for file in files:
+        if file.suffix.lower() not in endings:
+            allowed = f"must end in one of {', '.join(endings)}, or be a folder, with a / at its end"
+            raise ParameterError("--out", str(file), allowed)
+    if len(folders) > 1:
+        raise HydroservoError(f"--out: {folders[0]} and {folders[1]} are both folders; give one, and files")
+    return files, Path(folders[0]) if folders else None
+
+
+def list_files(folder: Path | None, files: Sequence[Path]) -> None:
+    """Say which files were written; those of a folder by their names in it, tables and figures as folders."""
+    inside = [file.relative_to(folder) for file in files if folder and file.is_relative_to(folder)]
+    others = [str(file) for file in files if not (folder and file.is_relative_to(folder))]
+    if others:
+        typer.echo(f"written: {', '.join(others)}")
+    if inside:
+        names = dict.fromkeys(one.name if one.parent == Path() else f"{one.parts[0]}/" for one in inside)
+        typer.echo(f"written to {folder}: {', '.join(names)}")

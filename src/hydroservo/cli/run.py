@@ -1,0 +1,140 @@
+"""The commands that run scenarios: one, or several side by side."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydroservo.cli.failures import naming
+from hydroservo.cli.frame import Answer, answers
+from hydroservo.cli.options import Changes, Plugins, Scenario, Several, Strict, Verbose, loaded
+from hydroservo.runs.results import Format
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from hydroservo.cli.progress import Report
+    from hydroservo.loop import Loop
+    from hydroservo.runs.trace import Trace
+
+NOTHING: tuple[str, ...] = ()  # no trajectory is kept where nothing will be written
+LARGE_TRACE = 2**28  # bytes; a larger trajectory is announced before the run
+
+
+@answers()
+def run(
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    answer: Answer,
+    form: Annotated[
+        Format, typer.Option("--format", help="Format of the trajectory that goes into --out.")
+    ] = Format.CSV,
+    interpreted: Annotated[
+        bool, typer.Option("--interpreted", help="Run in plain Python, thousands of times slower, to debug.")
+    ] = False,
+    strict: Strict = False,
+    verbose: Verbose = False,
+) -> None:
+    """Simulate one scenario and print its metrics.
+
+    With --out it also writes a report (report.html, its tables as CSV and LaTeX in tables), the trajectory
+    in SI units (trajectory.csv, or as --format says), the metrics (metrics.csv, metrics.json) and a plot
+    (run.png, run.svg). Other files in the folder are left alone. Where the scenario has commands in mA or %,
+    CSV has them too.
+
+    Examples:
+
+    - `hydroservo run paper/sine-pi`
+    - `hydroservo run paper/square-tsmc --set load.amplitude=150N --out results --format mat`
+    - `hydroservo run my.toml --plugin my_controller.py --set simulation.duration='2 s' --json`
+    - `hydroservo run paper/sine-tsmc --out results --figure-size one-column --figure-format pdf`
+    """
+    from hydroservo.cli.remarks import log_kernels
+    from hydroservo.runs.run import Mode, traced
+    from hydroservo.runs.run_finding import run_finding
+
+    loop = loaded(scenario, changes, plugins)
+    size = size_of([(scenario, loop)]) if answer.folder else 0
+    mode = Mode(compiled=not interpreted, strict=strict)
+
+    def ask(report: "Report") -> "Trace":
+        with log_kernels(verbose), naming(scenario):
+            record = None if answer.folder else NOTHING
+            return traced(loop, record, mode, progress=lambda fraction: report(fraction, scenario))
+
+    answer(scenario, ask, partial(run_finding, scenario=scenario, ending=form.ending), size=size)
+
+
+@answers()
+def compare(
+    scenarios: Several,
+    changes: Changes,
+    plugins: Plugins,
+    answer: Answer,
+    strict: Strict = False,
+    verbose: Verbose = False,
+) -> None:
+    """Simulate several scenarios and print their metrics side by side.
+
+    The best of each metric is marked where the scenarios differ in nothing but their controllers; else it
+    says in what else they differ. Each --set applies to all of them. With --out it also writes a report
+    (report.html, its tables as CSV and LaTeX in tables), the metrics in SI units (metrics.csv, metrics.json)
+    and a plot of what is controlled, error and command on common axes (comparison.png, comparison.svg).
+
+    Examples:
+
+    - `hydroservo compare paper/sine-pi paper/sine-backstepping paper/sine-tsmc`
+    - `hydroservo compare paper/square-pi paper/square-tsmc --set load.amplitude=150N --out results`
+    """
+    from hydroservo.cli.remarks import log_kernels
+    from hydroservo.runs.arguments import check_one_signal
+    from hydroservo.runs.comparison_finding import comparison_finding
+    from hydroservo.runs.run import simulate
+
+    loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
+    check_one_signal("scenarios", [loop.controls.declared().meaning for loop in loops])
+    size = size_of([*zip(scenarios, loops, strict=True)]) if answer.folder else 0
+
+    def ask(report: "Report") -> "list[xr.Dataset]":
+        runs = []
+        with log_kernels(verbose):
+            for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
+                progress = part(report, i, len(loops), scenario)
+                record = None if answer.folder else NOTHING
+                with naming(scenario):
+                    runs.append(simulate(loop, record=record, strict=strict, progress=progress))
+        return runs
+
+    say = partial(comparison_finding, scenarios=scenarios, labels=short_names(scenarios), loops=loops)
+    answer("", ask, say, size=size)
+
+
+def size_of(loops: "Sequence[tuple[str, Loop]]") -> int:
+    """How much memory the trajectories of scenarios will take [bytes]; a large one is said on stderr.
+
+    Args:
+        loops: each with its scenario's name.
+    """
+    from hydroservo.runs.run import trace_size
+
+    size = 0
+    for scenario, loop in loops:
+        with naming(scenario):
+            size += trace_size(loop)
+    if size > LARGE_TRACE:
+        typer.echo(f"the recorded trajectory will take {size / 2**20:.0f} MiB of memory", err=True)
+    return size
+
+
+def part(report: "Report", i: int, count: int, what: str) -> Callable[[float], None]:
+    """Reports the progress of one of several runs as that of the whole."""
+    return lambda fraction: report((i + fraction) / count, what)
+
+
+def short_names(scenarios: Sequence[str]) -> list[str]:
+    """Names for tables and legends: a file's without folder and ending, if that leaves all distinct."""
+    names = [Path(name).stem if name.endswith(".toml") else name for name in scenarios]
+    return names if len(set(names)) == len(names) else list(scenarios)

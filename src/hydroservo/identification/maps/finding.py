@@ -1,0 +1,106 @@
+"""What a static map of a machine says."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hydroservo._version import __version__
+from hydroservo.field import Field
+from hydroservo.outputs import final_place, write_text
+from hydroservo.runs.provenance import origin_of_loop
+from hydroservo.runs.results import metrics_csv
+from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
+from hydroservo.show.finding import Writer, logs_of
+
+if TYPE_CHECKING:
+    from hydroservo.figures.style import Plot
+    from hydroservo.identification.maps.result import StaticMap
+
+COLUMNS = (*map(Column, ("number", "value", "from", "to")), UNIT, Column("meaning"))
+CAPTION = "The measured curve, and what is fitted to it."
+NOTE = "From and to: 95 % interval."
+
+
+def map_finding(static_map: "StaticMap", logs: Sequence[Path] = ()) -> Finding:
+    """What a static map says.
+
+    Args:
+        static_map: what ``map_logs`` returned.
+        logs: the files from which it is.
+    """
+    kind = static_map.kind.replace("-", " ").capitalize()
+    loop = static_map.loop
+    return Finding(
+        f"{kind} map from {', '.join(static_map.logs)}",
+        [counted(static_map)],
+        static_map.remarks,
+        [Table("numbers", COLUMNS, rows_of(static_map), "What the map gives.", NOTE)],
+        [Picture("map", CAPTION, lambda: drawn(static_map))],
+        numbers_of(static_map),
+        files_of(static_map),
+        [] if loop is None else [origin_of_loop(static_map.scenario, loop)],
+        logs_of(logs),
+    )
+
+
+def counted(static_map: "StaticMap") -> Line:
+    """How many numbers can be determined, and from how much."""
+    count, points = len(static_map.numbers), static_map.curve.sizes["point"]
+    total = count + len(static_map.undetermined)
+    return Line(f"{count} of {total} numbers can be determined, from {points:,} points of the curve.")
+
+
+def rows_of(static_map: "StaticMap") -> list[list[Cell]]:
+    """The numbers with their intervals, and why others cannot be determined."""
+    rows = [
+        [Cell(name), *(Cell(end, one.unit) for end in one[:3]), Cell(), Cell(one.meaning)]
+        for name, one in static_map.numbers.items()
+    ]
+    unknown = [
+        [Cell(name), *[Cell(math.nan)] * 3, Cell(), Cell(f"cannot be determined: {why}", mark=Mark.DOUBTFUL)]
+        for name, why in static_map.undetermined.items()
+    ]
+    return rows + unknown
+
+
+def drawn(static_map: "StaticMap") -> "Plot":
+    from hydroservo.figures.static_map import plot_static_map
+
+    return plot_static_map(static_map)
+
+
+def numbers_of(static_map: "StaticMap") -> dict[str, Any]:
+    """All numbers of a map, in SI units."""
+    return {
+        "kind": static_map.kind,
+        "scenario": static_map.scenario,
+        "version": __version__,
+        "logs": list(static_map.logs),
+        "numbers": {name: one._asdict() for name, one in static_map.numbers.items()},
+        "undetermined": dict(static_map.undetermined),
+        "curve": {
+            str(name): {
+                "values": row.values.tolist(),
+                "unit": row.attrs["units"],
+                "meaning": row.attrs["long_name"],
+            }
+            for name, row in static_map.curve.data_vars.items()
+        },
+        "remarks": list(static_map.remarks),
+    }
+
+
+def files_of(static_map: "StaticMap") -> dict[str, Writer]:
+    """The points of the curve in SI units, and where a scenario was given one with what was found."""
+    files: dict[str, Writer] = {"map.csv": lambda path: write_text(path, curve_csv(static_map))}
+    if static_map.scenario:
+        files["scenario.toml"] = lambda path: write_text(path, static_map.toml(final_place(path).parent))
+    return files
+
+
+def curve_csv(static_map: "StaticMap") -> str:
+    """The points of the curve."""
+    rows = static_map.curve.data_vars.items()
+    fields = {str(name): Field(row.attrs["units"], row.attrs["long_name"]) for name, row in rows}
+    return metrics_csv(static_map.curve.to_dataframe(), fields)

@@ -1,0 +1,154 @@
+"""The tables of a scenario that describe no block: its start, its metrics, its commands and its logs."""
+
+from collections.abc import Collection
+
+from hydroservo.block import Block, leaves, state_field_at
+from hydroservo.command_scale import FULL, VOLTS, CommandScale
+from hydroservo.group import group, nested
+from hydroservo.loop import Loop
+from hydroservo.metrics import usual
+from hydroservo.monitors.group import Usual, is_name
+from hydroservo.roles import Monitor, Start
+from hydroservo.scenario.build import Context, draft, number_from
+from hydroservo.scenario.quantities import si_value
+from hydroservo.scenario.records.columns import column_source
+from hydroservo.scenario.records.series import sample_period
+from hydroservo.scenario.tables import Entry, Layer, Table
+from hydroservo.starts import AsBuilt
+
+GIVEN = "given"
+STEADY = "steady"
+
+USUAL = "usual"
+FULL_SCALE = "full_scale"
+ALLOWED = f'must be what {FULL} V of command stand for: a current such as "40 mA", "100 %" or "{FULL} V"'
+COLUMNS, VARY = KEYS = "columns", "vary"
+
+
+def start_written_out(scenario: Table) -> Table:
+    """A scenario with ``start = "steady"`` as the table that it stands for."""
+    return scenario._replace(layers=tuple(map(written_out, scenario.layers)))
+
+
+def written_out(layer: Layer) -> Layer:
+    start = layer.given.get("start")
+    if not isinstance(start, str):
+        return layer
+    if start != STEADY:
+        raise Entry(layer.origin, "start", start).error(f'must be "{STEADY}", or a table')
+    return layer._replace(given={**layer.given, "start": {"type": "Steady"}})
+
+
+def start_in(table: Table, loop: Loop) -> Block:
+    """The start that a table asks for.
+
+    Args:
+        table: ``type``, what that takes, and in ``given`` numbers of the state by their paths.
+        loop: the loop, wired.
+    """
+    layers = (Layer(one.origin, {k: v for k, v in one.given.items() if k != GIVEN}) for one in table.layers)
+    start = draft(Start, AsBuilt(), table._replace(layers=tuple(layers))).made()
+    entries = dict(table.table(GIVEN).entries())
+    if not entries:
+        return start
+    state = loop.blocks_begin()
+    known = [path for path, value in leaves(state) if isinstance(value, float)]
+    numbers = {}
+    for path, entry in entries.items():
+        if path not in known:
+            raise entry.unknown(path, known)
+        numbers[path] = number_from(entry, state_field_at(loop, state, path), float)
+    return start._replace(given=nested(numbers))
+
+
+def metrics_in(table: Table, loop: Loop) -> Block:
+    """The monitors that a table asks for: the usual ones, with those in it besides or in their place.
+
+    Args:
+        table: a table for each monitor, by a name of its own, with ``type`` and its parameters; one of a
+            usual monitor's name takes its type and its place. ``usual = false`` leaves the usual ones out.
+        loop: the loop.
+    """
+    names = [name for name in table.names() if name != USUAL]
+    if not table.names():
+        return Usual()
+    wanted = table.entry(USUAL).value if table.has(USUAL) else True
+    if not isinstance(wanted, bool):
+        raise table.entry(USUAL).error("must be true or false: whether the usual metrics count too")
+    every, found = usual(loop), ({USUAL: Usual()} if wanted else {})
+    context = Context(controlled=loop.controls.declared())
+    for name in names:
+        if not is_name(name):
+            raise table.entry(name).error("must stand under a name of letters, digits and underscores")
+        found[name] = draft(Monitor, every.get(name), table.table(name), context).made()
+    return group(found)
+
+
+def full_scale_in(table: Table) -> CommandScale:
+    """What a table ``[command]`` says with ``full_scale = "40 mA"``; volts without one."""
+    for name in table.names():
+        if name != FULL_SCALE:
+            raise table.entry(name).unknown(name, [FULL_SCALE])
+    if not table.has(FULL_SCALE):
+        return VOLTS
+    entry = table.entry(FULL_SCALE)
+    unit = unit_of(entry.value)
+    if unit is None:
+        raise entry.error(ALLOWED)
+    size = si_value(entry.value, unit)
+    if size <= 0.0:
+        raise entry.error("must be above 0")
+    if unit == "V" and size != FULL:
+        raise entry.error(ALLOWED)
+    return {"A": CommandScale(current=size), "": CommandScale(share=size), "V": VOLTS}[unit]
+
+
+def unit_of(value: object) -> str | None:
+    """The SI unit of a full scale, "" for one in %; None where it is none."""
+    for unit in ("A", "V", ""):
+        if isinstance(value, str) and (unit or value.rstrip().endswith("%")):
+            try:
+                si_value(value, unit)
+            except ValueError:
+                continue
+            return unit
+    return None
+
+
+def log_columns(scenario: Table) -> dict[str, Entry]:
+    """The columns of signals that the table names, as ``velocity = "v_piston [mm/s]"``, and the period.
+
+    Args:
+        scenario: all its tables.
+    """
+    table = scenario.table("identify")
+    for name in table.names():
+        if name not in KEYS:
+            raise table.entry(name).unknown(name, KEYS)
+    columns = table.table(COLUMNS)
+    found = {name: columns.entry(name) for name in columns.names()}
+    for name, entry in found.items():
+        try:
+            (sample_period if name == "period" else column_source)(entry.value)
+        except ValueError as error:
+            raise entry.error(str(error)) from None
+    return found
+
+
+def log_ranges(scenario: Table, loop: Loop, arguments: Collection[str]) -> dict[str, Entry]:
+    """The ranges of the numbers that are sought, by path, such as ``plant.mass = "-40%..+70%"``.
+
+    Those that a base gives for a block of another type than the loop's are left out.
+
+    Args:
+        scenario: all its tables.
+        loop: what they describe.
+        arguments: what constructors take, by path.
+    """
+    entries = dict(scenario.table("identify").table(VARY).entries())
+    known = {*arguments, *(path for path, _ in leaves(loop))}
+    return {
+        path: entry
+        for path, entry in entries.items()
+        if path in known or not scenario.has_type_above(entry.origin, path)
+    }

@@ -1,0 +1,209 @@
+"""A table of numbers in SI units, and its texts as they are read."""
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from types import MappingProxyType
+from typing import NamedTuple, TypeGuard
+
+from hydroservo.command_scale import in_command_unit
+from hydroservo.formatting import NONE, Scale, brief, scale_of, scales_of, with_label, yes_or_no
+
+Value = str | float | int | bool | None
+
+
+class Mark(StrEnum):
+    """How a cell or a line stands out."""
+
+    BEST = "best"
+    GOOD = "good"
+    BAD = "bad"
+    DOUBTFUL = "doubtful"
+    QUIET = "quiet"
+
+
+class Cell(NamedTuple):
+    """A text or a number of a table.
+
+    Attributes:
+        value: a number in SI units, a flag or a text; empty if None.
+        unit: SI.
+        mark: how it stands out.
+    """
+
+    value: Value = None
+    unit: str = ""
+    mark: Mark | None = None
+
+
+class Column(NamedTuple):
+    """A column of a table.
+
+    Attributes:
+        heading: stands above it.
+        unit: SI, of all its numbers; its heading then names the unit in which they are read.
+        digits: of its numbers where they are read.
+        right: it ends at the right, as numbers do, although its cells are texts.
+    """
+
+    heading: str
+    unit: str = ""
+    digits: int = 4
+    right: bool = False
+
+
+UNIT = Column("unit")
+"""The column that names the unit of each row; its cells are empty."""
+
+
+class Table(NamedTuple):
+    """Cells in rows and columns.
+
+    Where a column has a unit, its heading says it; where the table has the column ``UNIT``, that says the
+    unit of each row; elsewhere it stands behind each number.
+
+    Attributes:
+        name: of its files.
+        columns: from left to right.
+        rows: a cell for each column.
+        title: what it shows.
+        note: stands beneath it; where something is marked as best, it follows "the best".
+        typed: units that a user wrote, by SI unit; they go before those that suit the numbers.
+    """
+
+    name: str
+    columns: Sequence[Column]
+    rows: Sequence[Sequence[Cell]]
+    title: str = ""
+    note: str = ""
+    typed: Mapping[str, Scale] = MappingProxyType({})
+
+
+class Texts(NamedTuple):
+    """A table as it is read.
+
+    Attributes:
+        headings: with units.
+        right: which columns end at the right.
+        rows: the text of each cell.
+        best: whether a cell is marked as the best.
+    """
+
+    headings: list[str]
+    right: list[bool]
+    rows: list[list[str]]
+    best: bool
+
+
+def texts_of(table: Table) -> Texts:
+    """A table in the units of datasheets: one for each SI unit of its rows, or of a column."""
+    columns = table.columns
+    numbers = [(cell.unit, [cell.value]) for row in table.rows for cell in row if is_number(cell.value)]
+    scales = scales_of(numbers, table.typed)
+    own = [column_scale(table, j) for j in range(len(columns))]
+    headings = [
+        f"{one.heading} [{scale.label}]" if scale and scale.label else one.heading
+        for one, scale in zip(columns, own, strict=True)
+    ]
+    rows = []
+    for row in table.rows:
+        unit = unit_of_row(table, row)
+        texts = []
+        for column, scale, cell in zip(columns, own, row, strict=True):
+            if column == UNIT:
+                texts.append(scales[unit].label if unit in scales else "")
+            elif scale:
+                texts.append(text_of(cell.value, scale, column.digits))
+            elif UNIT in columns and cell.unit == unit and is_number(cell.value):
+                texts.append(text_of(cell.value, scales[unit], column.digits))
+            else:
+                texts.append(with_unit(cell, column.digits))
+        rows.append(texts)
+    best = any(cell.mark is Mark.BEST for row in table.rows for cell in row)
+    return Texts(headings, [ends_right(table, j) for j in range(len(columns))], rows, best)
+
+
+def column_scale(table: Table, j: int) -> Scale | None:
+    """The unit in which a column is read, if it has one."""
+    unit = table.columns[j].unit
+    if not unit:
+        return None
+    values = [cell.value for row in table.rows if is_number((cell := row[j]).value)]
+    return table.typed.get(unit) or scale_of(values, unit)
+
+
+def unit_of_row(table: Table, row: Sequence[Cell]) -> str:
+    """The SI unit that the column ``UNIT`` says of a row: the first that a number in it has."""
+    if UNIT not in table.columns:
+        return ""
+    return next((cell.unit for cell in row if cell.unit and is_number(cell.value)), "")
+
+
+def is_number(value: Value) -> TypeGuard[int | float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def ends_right(table: Table, j: int) -> bool:
+    return table.columns[j].right or any(is_number(row[j].value) for row in table.rows)
+
+
+def text_of(value: Value, scale: Scale, digits: int) -> str:
+    """A value as it is read in a unit."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return yes_or_no(value)
+    if isinstance(value, str):
+        return value
+    if isinstance(value, int) and not scale.label:
+        return f"{value:,}"
+    return NONE if math.isnan(value) else brief(scale.of(value), digits)
+
+
+def with_unit(cell: Cell, digits: int) -> str:
+    """A value with its unit behind it."""
+    if not is_number(cell.value) or math.isnan(cell.value):
+        return text_of(cell.value, Scale("", 1.0), digits)
+    scale = scale_of([cell.value], cell.unit)
+    return with_label(text_of(cell.value, scale, digits), scale.label)
+
+
+def csv_of(table: Table) -> str:
+    """A table as comma-separated values (RFC 4180, lines that end in LF), with all digits.
+
+    Numbers are in SI units, and commands in the scenario's, which headings or rows name; flags are 0 or 1.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    units = [one.unit or shared_unit(table, j) for j, one in enumerate(table.columns)]
+    writer.writerow(
+        f"{column.heading} [{in_command_unit(unit)[0]}]" if unit else column.heading
+        for column, unit in zip(table.columns, units, strict=True)
+    )
+    for row in table.rows:
+        unit = unit_of_row(table, row)
+        writer.writerow(
+            in_command_unit(unit)[0] if column == UNIT else exact(cell, named=own or unit)
+            for column, own, cell in zip(table.columns, units, row, strict=True)
+        )
+    return text.getvalue()
+
+
+def shared_unit(table: Table, j: int) -> str:
+    """The unit of all numbers of a column, where no column ``UNIT`` says it."""
+    units = {row[j].unit for row in table.rows if is_number(row[j].value)}
+    return units.pop() if len(units) == 1 and UNIT not in table.columns else ""
+
+
+def exact(cell: Cell, named: str) -> str:
+    """A value with all digits, and its unit where that is not the one that is named elsewhere."""
+    value = cell.value
+    if isinstance(value, bool):
+        return str(int(value))
+    if not is_number(value) or math.isnan(value):
+        return value if isinstance(value, str) else ""
+    unit, factor = in_command_unit(cell.unit or named)
+    text = repr(value if factor == 1.0 else factor * value)
+    return f"{text} {unit}" if cell.unit not in ("", named) else text
