@@ -49,7 +49,8 @@ def system_problem(error: OSError) -> str:
 
 def defect(error: Exception) -> str:
     """An error that nothing foresees, in a line."""
-    return one_line(f"a defect of hydroservo: {type(error).__name__}: {error}")
+    notes = "".join(f"; {note}" for note in getattr(error, "__notes__", ()))
+    return one_line(f"a defect of hydroservo: {type(error).__name__}: {error}{notes}")
 
 
 def short(value: object) -> str:

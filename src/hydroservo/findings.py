@@ -2,8 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from importlib import import_module
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from hydroservo.block import is_block
 from hydroservo.errors import ParameterError
@@ -28,67 +27,56 @@ if TYPE_CHECKING:
     Records: TypeAlias = Audit | Identified | LogFit | StaticMap | Limits | Linearization | Tuned | Studied
     Runs = xr.Dataset | Sequence[xr.Dataset] | Mapping[str, xr.Dataset]
 
-RECORDS = {  # where the finding of a result is made, by the name of its class
-    "Audit": "audits.finding.audit_finding",
-    "Identified": "identification.finding.identified_finding",
-    "Limits": "limits.finding.limits_finding",
-    "Linearization": "linear.linearization_finding.linearization_finding",
-    "LogFit": "identification.finding.log_fit_finding",
-    "Margins": "linear.reading.margins_finding",
-    "StaticMap": "identification.maps.finding.map_finding",
-    "Studied": "studies.report.finding.study_finding",
-    "Tuned": "runs.tuned_finding.tuned_finding",
-}
 WANTED = (
     "must be what simulate or simulate_batch returned, several of simulate in a list or by name, or what "
     "bode, linearize, tune, identify, map_logs, limit, audit or study returned"
 )
 
 
-def finding(results: "Runs | Records", metric: str | None = None) -> "Finding":
+def finding(results: "Runs | Records") -> "Finding":
     """What results say, as their commands and notebooks show it.
 
     Args:
         results: as :func:`plot` takes them.
-        metric: of a table, the one to picture.
+
+    Raises:
+        ParameterError: they are none of these.
     """
-    if where := RECORDS.get(type(results).__name__):
-        module, _, name = where.rpartition(".")
-        made: Finding = getattr(import_module(f"hydroservo.{module}"), name)(results)
-        return made
-    if isinstance(results, Mapping) and not is_result(results):
-        return compared(checked_runs([*results.values()], "results"), [*map(str, results)])
-    if isinstance(results, list | tuple) and not is_block(results):
-        runs = checked_runs(results, "results")
-        return compared(runs, names_of(runs))
+    if runs := several(results):
+        from hydroservo.runs.comparison_finding import comparison_finding
+
+        return comparison_finding([*runs.values()], [*runs], [*runs])
     if not is_result(results):
-        raise ParameterError("results", results, WANTED)
-    return finding_of_dataset(results, metric)
-
-
-def finding_of_dataset(data: "xr.Dataset", metric: str | None = None) -> "Finding":
-    """What a run, a table of many or frequency responses say."""
-    if "frequency" in data.dims:
+        return record(results).finding()
+    if "frequency" in results.dims:
         from hydroservo.linear.bode_finding import bode_finding
 
-        return bode_finding(data)
-    if "run" not in data.dims:
+        return bode_finding(results)
+    if "run" not in results.dims:
         from hydroservo.runs.run_finding import run_finding
 
-        return run_finding(data)
+        return run_finding(results)
     from hydroservo.runs.batch_finding import batch_finding
 
-    known = metric_fields(data)
-    metric = default_metric(known, "rms_error") if metric is None else metric
-    if not isinstance(metric, str) or metric not in known:
-        raise ParameterError("metric", metric, one_of(str(metric), known))
-    return batch_finding(data, metric=metric)
+    return batch_finding(results)
 
 
-def compared(runs: "Sequence[xr.Dataset]", names: Sequence[str]) -> "Finding":
-    from hydroservo.runs.comparison_finding import comparison_finding
+def several(results: Any) -> "dict[str, xr.Dataset]":
+    """Several runs by their names; none where it is something else."""
+    if isinstance(results, Mapping) and not is_result(results):
+        return dict(zip(map(str, results), checked_runs([*results.values()], "results"), strict=True))
+    if isinstance(results, list | tuple) and not is_block(results):
+        runs = checked_runs(results, "results")
+        return dict(zip(names_of(runs), runs, strict=True))
+    return {}
 
-    return comparison_finding(runs, names, names)
+
+def record(results: Any) -> "Records":
+    """A result that is a record, which says its finding itself."""
+    if not hasattr(results, "finding"):
+        raise ParameterError("results", results, WANTED)
+    found: Records = results
+    return found
 
 
 def plot(results: "Runs | Records", metric: str | None = None) -> "Plot":
@@ -113,10 +101,27 @@ def plot(results: "Runs | Records", metric: str | None = None) -> "Plot":
         ParameterError: it is none of these, has no such metric, or nothing that a picture shows.
         HydroservoError: a signal that the picture shows was not recorded.
     """
-    pictures = finding(results, metric).pictures
-    if not pictures:
+    from hydroservo.figures.batch import plot_batch
+    from hydroservo.figures.bode import plot_bode
+    from hydroservo.figures.comparison import plot_comparison
+    from hydroservo.figures.run import plot_run
+
+    if runs := several(results):
+        return plot_comparison([*runs.values()], [*runs])
+    if not is_result(results):
+        if pictures := record(results).finding().pictures:
+            return pictures[0].draw()
         raise ParameterError("results", type(results).__name__, "has nothing that a picture shows")
-    return pictures[0].draw()
+    if "frequency" in results.dims:
+        return plot_bode(results)
+    if "run" not in results.dims:
+        return plot_run(results)
+    known = metric_fields(results)
+    metric = default_metric(known, "rms_error") if metric is None else metric
+    if not isinstance(metric, str) or metric not in known:
+        raise ParameterError("metric", metric, one_of(str(metric), known))
+    numbers = [str(name) for name in results.data_vars if "." in str(name)]
+    return plot_batch(results, [name for name in numbers if name != "simulation.seed"], metric)
 
 
 def names_of(runs: "Sequence[xr.Dataset]") -> list[str]:

@@ -26,7 +26,7 @@ COMMON = {  # the units of datasheets, whatever the size of a number
     "Pa/V": ("bar/V", 1e-5),
     "rad": (DEGREES, 180.0 / math.pi),
 }
-LARGE = ("N", "N/s", "Hz")  # units that get a prefix from 10,000 on
+LARGE = ("N", "N/s", "Hz", "W")  # units that get a prefix from 10,000 on
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -129,6 +129,8 @@ def quantity(value: float, unit: str) -> str:
 
 def with_label(text: str, label: str) -> str:
     """A number with its unit behind it."""
+    if text == NONE:
+        return text
     return f"{text}{label}" if label == DEGREES else f"{text} {label}".strip()
 
 
@@ -147,6 +149,11 @@ def column(values: Iterable[float], unit: str) -> tuple[str, list[str]]:
 def cells_of(values: Iterable[float], scale: Scale) -> list[str]:
     """SI numbers as they are read in a unit."""
     return [NONE if math.isnan(value) else number(scale.of(value)) for value in values]
+
+
+def counted(count: int, noun: str) -> str:
+    """So many of something, such as "1 run" and "1,000 runs"."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
 def yes_or_no(flag: object) -> str:

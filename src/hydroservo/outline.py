@@ -11,7 +11,8 @@ from hydroservo.block import Block, in_signal, is_block, signal_below, signal_of
 from hydroservo.command_scale import is_volts
 from hydroservo.field import Field, declared_fields
 from hydroservo.formatting import common_unit
-from hydroservo.show.html import Strong, html_row
+from hydroservo.show import Mark
+from hydroservo.show.html import html_row
 
 WIDTH = 110  # characters of a line
 DIGITS = 5  # a datasheet has no more
@@ -156,7 +157,7 @@ def section(parts: list[Part]) -> str:
     rows = "".join([*rows_of(first), *(row for part in nested for row in headed(part, rows_of(part)))])
     if not rows:
         return f"<div>{summary}</div>"
-    heads = html_row(HEADS, "th")
+    heads = html_row(HEADS, tag="th")
     return f"<details><summary>{summary}</summary><table>{heads}{rows}</table></details>"
 
 
@@ -168,12 +169,14 @@ def heading(part: Part) -> str:
 def headed(part: Part, rows: list[str]) -> list[str]:
     """The rows of a block, if it has any, below its path and type."""
     title = f"{part.path} {type(part.block).__name__}".strip()
-    return [html_row([title], "th", len(HEADS)), *rows] if rows else []
+    return [html_row([title], tag="th", span=len(HEADS)), *rows] if rows else []
 
 
 def rows_of(part: Part) -> list[str]:
     """A row for each number of a block."""
     return [
-        html_row((entry.name, entry.value if entry.same else Strong(entry.value), entry.unit, entry.meaning))
+        html_row(
+            (entry.name, entry.value, entry.unit, entry.meaning), (None, None if entry.same else Mark.BEST)
+        )
         for entry in entries_of(part)
     ]

@@ -56,7 +56,7 @@ def test_a_table(found):
 def test_no_chatter_but_after_a_jolt(found):
     found(RESTS)
     shown = " ".join(succeeded("audit", "rig/1khz-pi-sine").split())
-    assert "No chatter is predicted of 10.0 mV or more" in shown
+    assert "No chatter is predicted with 10.0 mV of command or more" in shown
     assert "A jolt could leave a swing of 9.00 V." in shown
 
 
@@ -71,7 +71,7 @@ def test_json(found, tmp_path):
     found(RESTS)
     said = json.loads(succeeded("audit", "rig/1khz-pi-sine", "--json", "--out", tmp_path))
     check_report(tmp_path, said)
-    assert "1 of 3 assumptions hold; 1 cannot be told." in text_of(tmp_path)
+    assert "1 of 3 assumptions holds; 1 cannot be told." in text_of(tmp_path)
     assert (said["scenario"], said["holds"], said["diverged"]) == ("rig/1khz-pi-sine", False, False)
     assert [one["holds"] for one in said["assumptions"]] == [True, False, None]
     assert said["assumptions"][0]["margin"] == pytest.approx(30.0 / 16.7)

@@ -111,8 +111,8 @@ def test_the_screen_shows_ranges_spreads_verdict_and_a_replay(done, table):
     assert re.search(r"s, [\d.,]+ runs per second", done[0].stderr)
     worst = int(table["steady_rms_error"].argmax())
     line = next(line for line in text.splitlines() if line.startswith("Run "))
-    start, _, replay = line.partition("; alone: ")
-    assert start == f"Run {worst} has the worst steady_rms_error"
+    start, _, replay = line.partition(" To run it alone: ")
+    assert start == f"Run {worst} has the worst steady_rms_error."
     again = json.loads(succeeded(*shlex.split(replay)[1:], "--json"))
     assert again["metrics"]["steady_rms_error"] == table["steady_rms_error"].max()
 
@@ -130,7 +130,7 @@ def test_an_open_loop_is_judged_by_a_metric_that_it_has():
     assert (
         f"{NAME}: the loop has no steady_rms_error; position_max is shown, and --metric takes" in done.stderr
     )
-    assert re.search(r"^Run \d has the worst position_max; alone: ", done.stdout, re.MULTILINE)
+    assert re.search(r"^Run \d has the worst position_max\. To run it alone: ", done.stdout, re.MULTILINE)
     assert "steady_rms_error': must be one of control_rms" in failed(
         *open_loop, "--metric", "steady_rms_error"
     )
@@ -196,7 +196,7 @@ def test_runs_that_diverged_are_counted_and_left_out():
     assert list(map(str, finding.lead[:3])) == [
         "2 of 10 runs diverged (20.0 %).",
         "1 of 10 runs left the stroke (10.0 %).",
-        "10 of 10 runs oscillate to the end (100 %).",
+        "10 of 10 runs oscillated to the end (100 %).",
     ]
 
 

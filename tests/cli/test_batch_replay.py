@@ -62,5 +62,5 @@ def test_a_replay_takes_the_substeps_of_the_batch():
     args = [word for change in changes for word in ("--set", change)]
     text = succeeded("batch", NAME, *args, *VARIED, "--seeds", "--runs", "2", "--metric", "control_rms")
     line = next(line for line in text.splitlines() if line.startswith("Run "))
-    again = replayed(line.partition("; alone: ")[2])
+    again = replayed(line.partition(" To run it alone: ")[2])
     assert again.simulation.substeps >= 1

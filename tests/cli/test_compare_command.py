@@ -9,7 +9,7 @@ from hydroservo import Loop, Simulation, simulate
 from hydroservo.cli.run import short_names
 from hydroservo.formatting import NONE
 from hydroservo.references import Ramp, Sine, Square, Step
-from hydroservo.runs.comparison_finding import alike
+from hydroservo.runs.comparison_finding import best_as_read
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base
 from tests.support.commands.runner import SHORT, UNSTABLE, succeeded
@@ -86,11 +86,11 @@ def cells_of(text):
 
 def test_runs_whose_numbers_read_the_same_are_both_best_or_none():
     same = 1e-3 + 1e-12
-    assert alike([1e-3, same, 2e-3], {0}, [False] * 3) == {0, 1}
-    assert alike([1e-3, same], {0}, [False] * 2) == set()
-    assert alike([1e-3, same, 1e-3], {0}, [False, False, True]) == set()
-    assert alike([1e-3, 2e-3, 1e-3], {0}, [False, False, True]) == {0}
-    assert alike([1e-3, None, 2e-3], {0}, [False] * 3) == {0}
+    assert best_as_read([1e-3, same, 2e-3], {0}, [False] * 3) == {0, 1}
+    assert best_as_read([1e-3, same], {0}, [False] * 2) == set()
+    assert best_as_read([1e-3, same, 1e-3], {0}, [False, False, True]) == set()
+    assert best_as_read([1e-3, 2e-3, 1e-3], {0}, [False, False, True]) == {0}
+    assert best_as_read([1e-3, None, 2e-3], {0}, [False] * 3) == {0}
 
 
 def test_a_demand_that_does_not_jump_has_no_settling_time():

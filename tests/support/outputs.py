@@ -1,4 +1,4 @@
-"""What commands print and write, as they did; ``python -m tests.support.outputs [FOLDER]`` records it anew.
+"""What commands print and write, as they did; ``python -m tests.support.outputs [NAME...]`` records it anew.
 
 With a folder it keeps all of it there as it came, so that two states of the project can be held against each
 other to the last bit with ``diff -r``.
@@ -158,7 +158,8 @@ def stored() -> dict[str, dict[str, Any]]:
 
 
 if __name__ == "__main__":
-    keep = Path(sys.argv[1]) if len(sys.argv) > 1 else None
-    recorded = {name: outputs_of(name, keep) for name in COMMANDS}
-    if keep is None:
-        FILE.write_text(json.dumps(recorded, indent=1) + "\n", "utf-8")
+    names = [word for word in sys.argv[1:] if word in COMMANDS]
+    folders = [Path(word) for word in sys.argv[1:] if word not in COMMANDS]
+    recorded = {name: outputs_of(name, *folders) for name in names or COMMANDS}
+    if not folders:
+        FILE.write_text(json.dumps({**stored(), **recorded}, indent=1) + "\n", "utf-8")

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.command_scale import in_command_unit
+from hydroservo.formatting import with_label
 from hydroservo.linear.bode import bode
 from hydroservo.linear.bode_finding import bode_finding
 from hydroservo.linear.operating_point import operating_point
@@ -72,4 +73,4 @@ def drawn_bode(loop: Loop) -> tuple[dict[str, Any], NDArray[np.float32]]:
 def margins_shown(table: Table) -> list[dict[str, str]]:
     """Margins and bandwidths as they are read."""
     rows = texts_of(table).rows
-    return [{"meaning": name, "text": f"{text} {unit}".strip()} for name, text, unit in rows]
+    return [{"meaning": name, "text": with_label(text, unit)} for name, text, unit in rows]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hydroservo.app.extent import beyond, extent_of
 from hydroservo.field import Field
-from hydroservo.formatting import common_unit
+from hydroservo.formatting import common_unit, with_label
 from hydroservo.hooks import has_chambers, is_valveless
 from hydroservo.loop import Loop
 from hydroservo.runs.results import metric_fields
@@ -151,7 +151,7 @@ def metrics_shown(run: "xr.Dataset", table: Table) -> list[dict[str, Any]]:
         {
             "name": name,
             "meaning": meaning,
-            "text": f"{text} {unit}".strip(),
+            "text": with_label(text, unit),
             "value": compared(fields[name], run[name]),
         }
         for name, text, unit, meaning in texts_of(table).rows

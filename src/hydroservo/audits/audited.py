@@ -16,6 +16,7 @@ from hydroservo.errors import ParameterError
 from hydroservo.loop import Loop
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.runs.arguments import checked_loop
+from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 
 
@@ -77,9 +78,12 @@ class Audit:
         for one in self.asked:
             yield from one.assumptions or ()
 
+    def finding(self) -> Finding:
+        """What it says, as commands and notebooks show it."""
+        return audit_finding(self)
+
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
-        return html_of(audit_finding(self))
+        return html_of(self.finding())
 
     @property
     def holds(self) -> bool | None:

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.audits.verdicts import verdicts
+from hydroservo.formatting import counted
 from hydroservo.runs.provenance import origin_of_loop
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
-from hydroservo.show.finding import titled
+from hydroservo.show.finding import title_of
 
 if TYPE_CHECKING:
     from hydroservo.assumptions import Assumption
@@ -42,8 +43,8 @@ def audit_finding(audit: "Audit", scenario: str = "") -> Finding:
     margins = [one for one in audit.assumptions() if one.holds is not None]
     rows = [row for asked in audit.asked for row in rows_of(asked)]
     return Finding(
-        titled("Audit", scenario),
-        [counted([one.holds for one in audit.assumptions()]), *verdicts(audit)],
+        title_of("Audit", scenario),
+        [count_line([one.holds for one in audit.assumptions()]), *verdicts(audit)],
         [],
         [Table("assumptions", COLUMNS, rows, "What the law assumes of its loop.", NOTE)],
         [Picture("margins", CAPTION, lambda: drawn(margins))] if margins else [],
@@ -58,13 +59,14 @@ def drawn(margins: "Sequence[Assumption]") -> "Plot":
     return plot_margins(margins)
 
 
-def counted(verdicts: Sequence[bool | None]) -> Line:
+def count_line(verdicts: Sequence[bool | None]) -> Line:
     """How many assumptions hold and how many cannot be told."""
     if not verdicts:
         return Line("The law does not say what it assumes, or assumes nothing here.")
     untold = verdicts.count(None)
     rest = f"; {untold} cannot be told" if untold else ""
-    return Line(f"{verdicts.count(True)} of {len(verdicts)} assumptions hold{rest}.")
+    true, every = verdicts.count(True), counted(len(verdicts), "assumption")
+    return Line(f"{true} of {every} hold{'s' if true == 1 else ''}{rest}.")
 
 
 def rows_of(asked: "Asked") -> list[list[Cell]]:

@@ -34,7 +34,9 @@ def oscillation(one: Sustained) -> Line:
         text = f", by {sizes} at {number(one.frequency)} Hz to its end. {kept_up(one)}"
         return Line(f"{run} oscillates", text, Mark.BAD)
     if one.command == 0.0:
-        return Line(f"{run} does not oscillate", f" by {quantity(THRESHOLD, 'V')} or more.", Mark.GOOD)
+        return Line(
+            f"{run} does not oscillate", f" with {quantity(THRESHOLD, 'V')} of command or more.", Mark.GOOD
+        )
     return Line(f"{run} is too short to tell", " whether it oscillates.", Mark.DOUBTFUL)
 
 
@@ -68,7 +70,7 @@ def forecast(one: Chatter | None, reason: str, run: Sustained | None) -> Line:
             f"slow swings, swings far from a sine, and other instants.{jolt}"
         )
         return Line("Harmonic balance", text, Mark.DOUBTFUL)
-    return Line("No chatter is predicted", f" of {size} or more, {at}.{jolt}", Mark.GOOD)
+    return Line("No chatter is predicted", f" with {size} of command or more, {at}.{jolt}", Mark.GOOD)
 
 
 def strained(one: Strain) -> list[Line]:

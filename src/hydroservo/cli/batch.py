@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from hydroservo.scenario.parts import Sampled, Workers
     from hydroservo.show import Finding
 
+PICTURED = 10**7  # runs; the columns of more take up memory that a batch in parts does not need otherwise
 LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
 
 
@@ -144,7 +145,7 @@ def batch(
 
     say = partial(say_batch, sampled, metric, (scenario, changes, plugins))
     write = partial(write_batch, answer.files, metric=metric, journal=answer.journal)
-    answer(scenario, ask, say, size=size, others=others_of(answer), also=write)
+    answer(scenario, ask, say, size=size, others=others_of(answer), write_more=write)
 
 
 def say_batch(
@@ -156,7 +157,11 @@ def say_batch(
 
     typed = typed_scales((one.entry, table[one.path].attrs["units"]) for one in sampled.varied)
     alone = run_alone(sampled, table, metric, given)
-    return batch_finding(table, given[0], metric=metric, typed=typed, alone=alone)
+    finding = batch_finding(table, given[0], metric=metric, typed=typed, alone=alone)
+    if table.sizes["run"] <= PICTURED:
+        return finding
+    remark = "a picture of so many runs is drawn by --out FILE.png alone"
+    return finding._replace(pictures=[], remarks=[*finding.remarks, remark])
 
 
 def say_speed(runs: int, computed: int, seconds: float) -> None:

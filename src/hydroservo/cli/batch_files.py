@@ -63,6 +63,6 @@ def write_file(file: Path, table: "xr.Dataset", metric: str, journal: Journal) -
         if ending == Format.CSV.ending:
             write_text(file, journal.csv(file.read_text(encoding="utf-8")))
     else:
-        from hydroservo.runs.batch_finding import drawn
+        from hydroservo.runs.batch_finding import draw
 
-        drawn(table, metric).save(file, origin=table.attrs["hash"])
+        draw(table, metric).save(file, origin=table.attrs["hash"])

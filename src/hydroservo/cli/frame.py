@@ -35,7 +35,7 @@ NO_MATTER = (  # options that change nothing of what is found
 )
 
 MIB = 2**20  # bytes
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")
 
 
@@ -65,7 +65,7 @@ def command_typed(context: typer.Context) -> list[str]:
     return [shlex.join(part) for part in parts]
 
 
-def again(context: typer.Context) -> str:
+def repeat_command(context: typer.Context) -> str:
     """The command that makes a report again, into a folder."""
     first, *options = command_typed(context)
     return " \\\n    ".join([f"{first} --out DIR", *options])
@@ -83,7 +83,7 @@ class Written(NamedTuple):
     failure: Exception | None = None
 
     def check(self) -> None:
-        """Fail if something could not be written; to be called once all else is said."""
+        """Fail if something could not be written; to be called after everything else has been printed."""
         if self.failure is not None:
             raise self.failure
 
@@ -91,9 +91,13 @@ class Written(NamedTuple):
 def both(first: Written, second: Written) -> Written:
     """What became of two lots of files; of two failures, a defect goes before what could not be written."""
     failures = [one for one in (first.failure, second.failure) if one is not None]
-    defects = [one for one in failures if not isinstance(one, OutputError)]
-    lost = OutputError("; ".join(map(str, failures))) if failures else None
-    return Written([*first.files, *second.files], defects[0] if defects else lost)
+    failures.sort(key=lambda one: isinstance(one, OutputError))
+    failure = failures[0] if failures else None
+    if len(failures) == 2 and not isinstance(failure, OutputError):
+        failures[0].add_note(str(failures[1]))
+    elif len(failures) == 2:
+        failure = OutputError("; ".join(map(str, failures)))
+    return Written([*first.files, *second.files], failure)
 
 
 def try_outputs(files: Sequence[Path], size: int = 0) -> None:
@@ -120,7 +124,7 @@ def write_or_keep(folder: Path | None, write: Callable[[Path], Sequence[Path]]) 
     """
     try:
         return Written(() if folder is None else written_or_kept(folder, write))
-    except OutputError as error:
+    except Exception as error:  # whatever it is, what was computed is worth showing
         return Written((), error)
 
 
@@ -146,25 +150,25 @@ class Answer(NamedTuple):
     def __call__(
         self,
         name: str,
-        ask: "Callable[[Report], Found]",
-        say: "Callable[[Found], Finding]",
+        compute: "Callable[[Report], Result]",
+        describe: "Callable[[Result], Finding]",
         *,
         size: int = 0,
         others: Sequence[Path] = (),
-        also: Callable[[Found], Written] | None = None,
-    ) -> Found:
-        """Ask, write what was found where it was wanted or can be kept, and show it.
+        write_more: Callable[[Result], Written] | None = None,
+    ) -> Result:
+        """Compute a result, write it where it was wanted or can be kept, and show it.
 
         Args:
-            name: of what is asked about, for progress and warnings.
-            ask: computes, and reports its progress.
-            say: the finding of what that returned.
+            name: of what is computed, for progress and warnings.
+            compute: makes the result, and reports its progress.
+            describe: the finding of the result.
             size: about how much its largest file will take [bytes].
-            others: files that are written besides, by ``ask`` or ``also``.
-            also: writes them, once all is found.
+            others: files that are written besides, by ``compute`` or ``write_more``.
+            write_more: writes them from the result.
 
         Returns:
-            What was found.
+            The result.
 
         Raises:
             OutputError: a file cannot be written; it is found out before all else where it can be.
@@ -173,18 +177,17 @@ class Answer(NamedTuple):
         from hydroservo.cli.progress import progress_bar
         from hydroservo.show.page import REPORT
 
-        place = self.file.parent if self.file else self.folder
-        own = (
-            [self.file] if self.file else [self.folder / METRICS, self.folder / REPORT] if self.folder else []
-        )
-        self.check_commas([*own, *others])
-        try_outputs([*own, *others], size)
+        folder = self.file.parent if self.file else self.folder
+        known = [self.file] if self.file else [folder / METRICS, folder / REPORT] if folder else []
+        files = [*known, *others]
+        self.check_commas(files)
+        try_outputs(files, size)
         with progress_bar(name) as report:
-            found = ask(report)
-            finding = say(found)
-            report(1.0, "writing files" if place else name)
-            left = also(found) if also else Written()
-            left = both(left, write_or_keep(place, lambda place: self.write(place, finding)))
+            result = compute(report)
+            report(1.0, "writing files" if files else name)
+            left = write_more(result) if write_more else Written()
+            finding = describe(result)
+            left = both(left, write_or_keep(folder, lambda place: self.write(place, finding)))
         for remark in finding.remarks:
             say_warning(name, remark)
         if self.json:
@@ -195,7 +198,7 @@ class Answer(NamedTuple):
             show_finding(finding)
             list_files(self.folder, left.files)
         left.check()
-        return found
+        return result
 
     def check_commas(self, files: Sequence[Path]) -> None:
         """Refuse decimal commas where no CSV file is written.
@@ -213,19 +216,20 @@ class Answer(NamedTuple):
         from hydroservo.show.page import origin_in, write_finding
 
         if self.file is None:
-            return write_finding(place, finding, again(self.context), self.journal)
+            return write_finding(place, finding, repeat_command(self.context), self.journal)
         file, ending = place / self.file.name, self.file.suffix.lower()
         if ending in PICTURE_ENDINGS:
             return [finding.pictures[0].draw().save(file, origin=origin_in(finding))]
-        write = next(write for name, write in finding.files.items() if name.endswith(ending))
-        write(file)
+        for name, write in finding.files.items():
+            if name.endswith(ending):
+                write(file)
         return [file]
 
 
 def answers(
     about: str = "Write the results to this folder.", endings: Sequence[str] = (), *, several: bool = False
 ) -> Callable[[Callable[..., Any]], Callable[..., None]]:
-    """A command whose parameter ``answer`` stands for all options of what it leaves and prints.
+    """Decorate a command so that the options of its output reach it as one ``answer``.
 
     Args:
         about: what ``--out`` writes.
@@ -236,9 +240,9 @@ def answers(
     option = typer.Option(
         "--out", metavar=shape, parser=str if endings else folder_at, help=f"{about}{more} {WHERE}"
     )
-    kind: Any = list[str] if several else str if endings else Path
+    out: Any = list[str] if several else str if endings else Path
     options = {
-        "out": (Annotated[kind | None, option], None),
+        "out": (Annotated[out | None, option], None),
         "figure_size": (FigureSize, None),
         "figure_format": (FigureFormat, None),
         "decimal_comma": (DecimalComma, False),
@@ -272,7 +276,7 @@ def answers(
 
 
 def answer_of(wanted: Mapping[str, Any], endings: Sequence[str], *, several: bool) -> Answer:
-    """What options say of a command's answer."""
+    """Build the answer from the values of its options."""
     out = wanted["out"]
     files, folder = places_of(out if several else [out], endings) if out and endings else ([], out)
     journal = journal_of(wanted["figure_format"], wanted["figure_size"], folder, wanted["decimal_comma"])

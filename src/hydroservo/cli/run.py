@@ -125,7 +125,8 @@ def size_of(loops: "Sequence[tuple[str, Loop]]") -> int:
         with naming(scenario):
             size += trace_size(loop)
     if size > LARGE_TRACE:
-        typer.echo(f"the recorded trajectory will take {size / 2**20:.0f} MiB of memory", err=True)
+        several = "trajectory" if len(loops) == 1 else "trajectories"
+        typer.echo(f"the recorded {several} will take {size / 2**20:.0f} MiB of memory", err=True)
     return size
 
 

@@ -74,7 +74,7 @@ def study(
     - `hydroservo study small --out small-study`
     - `hydroservo study my-study.toml --out my-study --set search.candidates=512 --json`
     """
-    from hydroservo.cli.frame import again, try_outputs
+    from hydroservo.cli.frame import repeat_command, try_outputs
     from hydroservo.cli.interrupts import heard
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.remarks import say_warning
@@ -99,7 +99,7 @@ def study(
                 plugins=plugins,
                 workers=workers,
                 scheduler=scheduler,
-                progress=lambda fraction: report(fraction, f"{100.0 * fraction:.0f} % of the work"),
+                progress=lambda fraction: report(fraction, file),
                 say=lambda text: say_warning(file, text),
             )
         except KeyboardInterrupt:
@@ -112,7 +112,7 @@ def study(
             found.verdicts,
             found.folder,
             journal=journal,
-            command=again(context),
+            command=repeat_command(context),
         )
     finding = study_finding(found)
     if json:

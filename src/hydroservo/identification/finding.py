@@ -13,7 +13,7 @@ from hydroservo.identification.log_finding import drawn_log
 from hydroservo.outputs import final_place, write_text
 from hydroservo.runs.provenance import origin_of_loop, scenario_hash
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
-from hydroservo.show.finding import logs_of, titled
+from hydroservo.show.finding import logs_of, title_of
 
 if TYPE_CHECKING:
     from hydroservo.figures.style import Plot
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from hydroservo.identification.result import Estimate, Identified, LogFit, SignalFit
 
 UNFIT = "THE MODEL DOES NOT FIT the logs, so they tell none of its numbers."
-LEAST = 1e-6  # probability of white noise that is shown
-UNLIKELY = Cell("< 10⁻⁶")
 PARAMETERS = (
     Column("parameter"),
     *(Column("value"), Column("from"), Column("to"), UNIT),
@@ -30,10 +28,10 @@ PARAMETERS = (
 )
 SIGNALS = (
     Column("signal"),
-    *(Column(name, digits=3) for name in ("left, rms", "fitted part", "held out", "offset")),
+    *(Column(name, digits=3) for name in ("residual, rms", "fitted part", "held out", "offset")),
     UNIT,
     Column("explained", "%"),
-    Column("white, p", digits=2, right=True),
+    Column("p, white noise", digits=2),
 )
 EFFECTS = (
     Column("effect"),
@@ -42,7 +40,7 @@ EFFECTS = (
     Column("apart from the first"),
 )
 SOUGHT = "What was sought, and whether the logs tell it."
-WHITE = "p: of the test by Ljung and Box that what is left is white noise."
+WHITE = "p: of the test by Ljung and Box that the residual is white noise."
 
 
 def identified_finding(
@@ -57,7 +55,7 @@ def identified_finding(
     """
     name = identified.scenario
     return Finding(
-        titled("Identification", name),
+        title_of("Identification", name),
         [*lead_of(identified), *further.verdict()],
         [*(one for one in identified.remarks if one != UNFIT), *further.remarks(identified)],
         tables_of(identified, further),
@@ -108,7 +106,7 @@ def parameters_table(identified: "Identified", typed: Typed) -> Table:
         rows.append([Cell(path), *numbers, Cell(), verdict])
     notes = ["From and to: 95 % interval."] if identified.fits else []
     notes += ["Freed: within its [uncertainty]."] if identified.uncertain else []
-    return Table("parameters", PARAMETERS, rows, SOUGHT, " ".join(notes), typed)
+    return Table("parameters", PARAMETERS, rows, SOUGHT, " ".join(notes), typed=typed)
 
 
 def verdict_on(one: "Estimate", *, freed: bool) -> Cell:
@@ -124,7 +122,9 @@ def signals_table(number: int, fit: "LogFit", *, judged: bool) -> Table:
     columns = (*SIGNALS, Column("model")) if judged else SIGNALS
     rows = [signal_row(name, one)[: len(columns)] for name, one in fit.signals.items()]
     note = f"Delay of what is measured against the command: {quantity(fit.delay[0], 's')}. {WHITE}"
-    return Table(f"signals-{number}", columns, rows, f"How {fit.understood.log.name} is met.", note)
+    return Table(
+        f"signals-{number}", columns, rows, f"How well the model meets {fit.understood.log.name}.", note
+    )
 
 
 def signal_row(name: str, one: "SignalFit") -> list[Cell]:
@@ -134,7 +134,7 @@ def signal_row(name: str, one: "SignalFit") -> list[Cell]:
         *(Cell(number, one.unit) for number in (one.rms, one.held_in, one.held_out, one.offset[0])),
         Cell(),
         Cell(100.0 * one.explained, "%"),
-        UNLIKELY if one.whiteness < LEAST else Cell(one.whiteness),
+        Cell(one.whiteness),
         Cell("does not fit", mark=Mark.BAD) if one.problem else Cell("fits", mark=Mark.GOOD),
     ]
 
@@ -155,20 +155,21 @@ def effects_table(effects: "Sequence[Effect]") -> Table:
 
 def pictures(identified: "Identified") -> Iterator[Picture]:
     """Each log as it is met and as it was understood."""
-    shown = "simulated" if identified.horizon is None else "predicted"
     for i, fit in enumerate(identified.logs, 1):
         name = fit.understood.log.name
-        yield fit_picture(f"fit-{i}", fit, shown)
+        yield fit_picture(f"fit-{i}", fit)
         yield Picture(f"log-{i}", f"How {name} was understood.", partial(drawn_log, fit.understood))
 
 
 def log_fit_finding(fit: "LogFit") -> Finding:
     """How one log of an identification is met."""
-    table, log = signals_table(1, fit, judged=True), fit.understood.log.name
-    return Finding(log, [], [], [table], [fit_picture("fit", fit, "simulated")], numbers_of_log(fit))
+    table = signals_table(1, fit, judged=fit.horizon is None)
+    return Finding(fit.understood.log.name, [], [], [table], [fit_picture("fit", fit)], numbers_of_log(fit))
 
 
-def fit_picture(name: str, fit: "LogFit", shown: str) -> Picture:
+def fit_picture(name: str, fit: "LogFit") -> Picture:
+    """How a log is met."""
+    shown = "simulated" if fit.horizon is None else "predicted"
     caption = f"How {fit.understood.log.name} is met: measured, and {shown} with what was found."
     return Picture(name, caption, partial(drawn_fit, fit))
 

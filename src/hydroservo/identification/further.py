@@ -114,4 +114,4 @@ def proposal_table(proposal: "Proposal", typed: Typed) -> Table:
     ]
     title = f"What a log of the proposed command would tell: {proposal.name}."
     note = "From and to: 95 % interval that it would leave, about what was found."
-    return Table("proposal", PROMISES, rows, title, note, typed)
+    return Table("proposal", PROMISES, rows, title, note, typed=typed)

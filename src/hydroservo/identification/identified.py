@@ -148,7 +148,8 @@ def identified(
     shown = misfit(problem, best.x, best.weights)
     sure = uncertainty(problem, shown, seed)
     report(0.9)
-    logs_met = log_fits(problem, best, sure, taken, held_out(problem, best), assembly.loop.sensors)
+    met = log_fits(problem, best, sure, taken, held_out(problem, best), assembly.loop.sensors)
+    logs_met = [fit._replace(horizon=horizon) for fit in met]
     fits = not any(one.problem for fit in logs_met for one in fit.signals.values())
     every = estimates(assembly, problem, best, sure, fits=fits)
     parameters = {one.path: every[one.path] for one in varied}

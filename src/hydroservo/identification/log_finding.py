@@ -28,7 +28,7 @@ def log_finding(whole: Understood, logs: Sequence[Path] = ()) -> Finding:
         logs: its file.
     """
     numbers = numbers_of(whole)
-    lacks = [] if COMMAND in whole.log.signals else ["has no command, which identify needs"]
+    lacks = [] if COMMAND in whole.log.signals else ["the log has no command, which identify needs"]
     return Finding(
         f"Log {whole.log.name}",
         rate_lines(numbers),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hydroservo._version import __version__
 from hydroservo.errors import one_line
 from hydroservo.formatting import MINUS, quantity
-from hydroservo.identification.finding import identified_finding
+from hydroservo.identification.finding import identified_finding, log_fit_finding
 from hydroservo.identification.left_out import Effect
 from hydroservo.identification.problem import Problem
 from hydroservo.identification.search import Solution
@@ -20,6 +20,7 @@ from hydroservo.identification.uncertainty import Uncertainty
 from hydroservo.loop import Loop
 from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.load import Assembly
+from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 
 if TYPE_CHECKING:
@@ -128,12 +129,18 @@ class LogFit(NamedTuple):
         delay: of what is measured against the command [s], and its standard deviation.
         signals: by name.
         data: over ``time`` [s], measured signals and, with ``_simulated`` after their names, the model's.
+        horizon: of predictions [s]; None if the whole log was simulated.
     """
 
     understood: Understood
     delay: tuple[float, float]
     signals: Mapping[str, SignalFit]
     data: "xr.Dataset"
+    horizon: float | None = None
+
+    def finding(self) -> Finding:
+        """What it says, as ``hs.plot`` shows it."""
+        return log_fit_finding(self)
 
 
 class Identified(NamedTuple):
@@ -183,6 +190,9 @@ class Identified(NamedTuple):
         numbers = [f"{path} = {one!r}" for path, one in {**self.parameters, **self.uncertain}.items()]
         return "\n".join([*numbers, *self.remarks])
 
+    def finding(self) -> Finding:
+        """What it says, as commands and notebooks show it."""
+        return identified_finding(self)
+
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
-        return html_of(identified_finding(self))
+        return html_of(self.finding())

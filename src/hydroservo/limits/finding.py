@@ -10,7 +10,7 @@ from hydroservo.runs.results import save
 from hydroservo.runs.run_finding import steps_line
 from hydroservo.runs.titles import controller_title
 from hydroservo.show import Cell, Column, Finding, Line, Picture, Table
-from hydroservo.show.finding import titled
+from hydroservo.show.finding import title_of
 
 if TYPE_CHECKING:
     from hydroservo.figures.style import Plot
@@ -36,7 +36,7 @@ def limits_finding(limits: "Limits", scenario: str = "") -> Finding:
     times = " and ".join(f"{number(one)} times the {name} limit" for name, one in limits.multiples().items())
     warnings = dict.fromkeys(line for run in limits for line in warnings_of(run))
     return Finding(
-        titled("Limits", scenario or controller_title(law)),
+        title_of("Limits", scenario or controller_title(law)),
         [Line(f"The law leaves {measured(law, 'rms_error')} rms, {times}."), *steps_line(law.attrs)],
         list(warnings),
         [limits_table(limits)],

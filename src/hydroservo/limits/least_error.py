@@ -18,6 +18,7 @@ from hydroservo.limits.search import (
 from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.run import Progress
+from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 from hydroservo.work.notebook_bar import shows_progress
 
@@ -40,9 +41,12 @@ class Limits(NamedTuple):
     causal: Any
     clairvoyant: Any
 
+    def finding(self) -> Finding:
+        """What it says, as commands and notebooks show it."""
+        return limits_finding(self)
+
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
-        return html_of(limits_finding(self))
+        return html_of(self.finding())
 
     def multiples(self) -> dict[str, float]:
         """How many times the rms error of each limit the law leaves; inf over a limit of 0."""

@@ -15,7 +15,7 @@ from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import origin_of
 from hydroservo.runs.titles import controller_title
 from hydroservo.show import Finding, Line, Picture
-from hydroservo.show.finding import logs_of, titled
+from hydroservo.show.finding import logs_of, title_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,7 @@ def bode_finding(data: "xr.Dataset", scenario: str = "", logs: Sequence[Path] = 
     """
     margins = [{name: one[name].item() for name in ("stable", *READ)} for one in points_of(data)]
     return Finding(
-        titled("Frequency response", scenario or controller_title(data)),
+        title_of("Frequency response", scenario or controller_title(data)),
         [*verdict(margins), *in_short(data), *measured_lines(data), *log_lines(data)],
         warnings_of(data),
         [margins_table(headings(data), margins)],
@@ -78,13 +78,17 @@ def in_short(data: "xr.Dataset") -> list[Line]:
     if "point" in data.dims:
         values, about = data["point"].values, data["point"].attrs
         low, high = (quantity(float(values[end]), about["units"]) for end in (0, -1))
-        return [Line(f"{about['long_name']} at {len(values)} values from {low} to {high}.")]
+        return [Line(capitalised(f"{about['long_name']} at {len(values)} values from {low} to {high}."))]
     known = [name for name in ("gain_margin", "phase_margin", "bandwidth") if data[name].notnull()]
     margins = ", ".join(read(name, float(data[name])) for name in known)
     gain = float(data["oscillation_gain"])
     onset = "" if np.isnan(gain) or gain == 1.0 else f"the loop {says(gain)}"
     text = "; ".join(filter(None, [margins, onset]))
-    return [Line(f"{text[0].upper()}{text[1:]}.")] if text else []
+    return [Line(capitalised(f"{text}."))] if text else []
+
+
+def capitalised(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}"
 
 
 def read(name: str, value: float) -> str:

@@ -13,6 +13,7 @@ from hydroservo.linear.linearization_finding import linearization_finding
 from hydroservo.linear.system import System, response
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
+from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 from hydroservo.validation import number as checked_number
 
@@ -56,9 +57,12 @@ class Linearization(NamedTuple):
     inexact: Annotated[tuple[Uncertain, ...], Field("", "derivatives that are from differences")] = ()
     loop: Annotated[Loop | None, Field("", "that it is a unit of")] = None
 
+    def finding(self) -> Finding:
+        """What it says, as commands and notebooks show it."""
+        return linearization_finding(self)
+
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
-        return html_of(linearization_finding(self))
+        return html_of(self.finding())
 
     @property
     def poles(self) -> NDArray[np.complex128]:

@@ -9,7 +9,7 @@ from hydroservo.command_scale import in_command_unit
 from hydroservo.formatting import number, quantity, superscripts
 from hydroservo.runs.provenance import origin_of_loop
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
-from hydroservo.show.finding import titled
+from hydroservo.show.finding import title_of
 
 if TYPE_CHECKING:
     from hydroservo.figures.style import Plot
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 CAPTION = "Poles, with lines of equal damping; those that are not stable are red."
 STEADY = "Gains from each input to each output once all has settled."
 ENDLESS = "\N{INFINITY}: an output that the input moves on and on."
-DOUBTFUL = Line(
-    "From differences, for there is no slope", ": the derivatives of the last table.", Mark.DOUBTFUL
+INEXACT_LINE = Line(
+    "Some derivatives come from differences", ", where there is no slope: see the last table.", Mark.DOUBTFUL
 )
 GUESSES = "Derivatives from differences, in SI units."
 
@@ -35,10 +35,10 @@ def linearization_finding(
         scenario: its name, if it has one.
         book: what a textbook's formulas say of a machine.
     """
-    doubtful, inexact = ([DOUBTFUL], [inexact_table(model)]) if model.inexact else ([], [])
+    doubtful, inexact = ([INEXACT_LINE], [inexact_table(model)]) if model.inexact else ([], [])
     states = f"States: {', '.join(map(with_unit, model.states)) or 'none'}."
     return Finding(
-        titled(f"Linear model of the {model.unit}", scenario),
+        title_of(f"Linear model of the {model.unit}", scenario),
         [least_damped(model), *textbook_line(book), *doubtful, Line(states, mark=Mark.QUIET)],
         [],
         [poles_table(model), gains_table(model), *inexact],

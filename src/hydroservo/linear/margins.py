@@ -14,6 +14,7 @@ from hydroservo.linear.reading import margins_finding
 from hydroservo.linear.response import crossings, grid, largest
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
+from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 
 SLOWEST = 1e-6  # growth per sample that counts as none: a slow drift of what nothing holds
@@ -49,9 +50,12 @@ class Margins(NamedTuple):
         float, Field("", "largest change of S where slopes are taken otherwise, a share of it above 1")
     ]
 
+    def finding(self) -> Finding:
+        """What it says, as commands and notebooks show it."""
+        return margins_finding(self)
+
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
-        return html_of(margins_finding(self))
+        return html_of(self.finding())
 
 
 def margins(loop: Loop, *, command: float | None = None) -> Margins:

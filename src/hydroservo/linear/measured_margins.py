@@ -43,7 +43,9 @@ def measured_margins(data: "xr.Dataset") -> tuple[Crossing, Crossing]:
     Fails for crossovers between two tones that cross twice.
     """
     response, coherence = data["open_measured"].values, data["open_coherence"].values
-    tones, size = data["tone"].values, np.log(np.abs(response))
+    tones = data["tone"].values
+    with np.errstate(divide="ignore"):  # of a tone that nothing answers, whose coherence is 0
+        size = np.log(np.abs(response))
     phase = np.unwrap(np.angle(response))
     turned = np.sin(0.5 * phase + 0.5 * math.pi)  # 0 at -180 degrees, and every turn from there
     gain = least(turned, -size, tones, coherence, "\N{MINUS SIGN}180\N{DEGREE SIGN}")

@@ -10,8 +10,8 @@ from hydroservo.roles import Monitor, role
 class EnergyState(NamedTuple):
     """Integrals so far [J]."""
 
-    supplied: float
-    lost: float
+    supplied: Annotated[float, Field("J", "energy that the drive drew so far")]
+    lost: Annotated[float, Field("J", "what of it did not reach the cylinder or the tank's line so far")]
 
 
 class EnergyValues(NamedTuple):

@@ -22,6 +22,8 @@ def named(metrics: object) -> dict[str, Block]:
         raise ParameterError("metrics", metrics, "must be a list of monitors, or map names to them")
     found = dict(metrics) if isinstance(metrics, Mapping) else by_class(metrics)
     for name, one in found.items():
+        if isinstance(one, Usual):
+            continue
         if not (is_block(one) and all(hasattr(one, method) for method in ("init", "step", "values"))):
             raise ParameterError(
                 f"metrics.{name}", one, "must be a monitor: a block with init, step and values"

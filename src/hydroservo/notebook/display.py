@@ -23,13 +23,13 @@ def result_html(data: "xr.Dataset") -> str:
 
     What is left of a result after a selection may lack its metrics; then it is shown as any Dataset is.
     """
-    from hydroservo.findings import finding_of_dataset
+    from hydroservo.findings import finding
     from hydroservo.show.html import html_of
 
     whole = str(data._repr_html_())
     if not is_whole(data):
         return whole
-    card = html_of(finding_of_dataset(data))
+    card = html_of(finding(data))
     return f"{card}<details><summary>data</summary>{whole}</details>"
 
 

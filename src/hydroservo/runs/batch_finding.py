@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydroservo.field import Field
-from hydroservo.formatting import Scale, number
+from hydroservo.formatting import Scale, counted, number
 from hydroservo.metrics import Divergence, default_metric
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import origin_of
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from hydroservo.figures.style import Plot
 
 USUAL_METRIC = "steady_rms_error"
-PICTURED = 10**7  # runs; the columns of more take up memory that a batch in parts does not need otherwise
 ENDS = (Column("from"), Column("to"), UNIT, Column("meaning"))
 SPREAD = (*map(Column, ("5 %", "median", "95 %", "worst")), UNIT, Column("meaning"))
 
@@ -50,42 +49,29 @@ def batch_finding(
     seed = int(table.attrs.get("drawn_with_seed", table.attrs["seed"]))
     metric = metric or default_metric(fields, USUAL_METRIC)
     runs = table.sizes["run"]
-    remark, why = remarkable_run(table, metric)
     tables = scenario_of(table)
-    few = runs <= PICTURED
     caption = f"The metric {metric} of each run against each number that varied, and how it is spread."
     return Finding(
-        f"{runs:,} runs of {scenario or law_title(tables)}",
-        [
-            *verdicts(table),
-            Line(f"Run {remark} {why}", "; alone:" if alone else ".", command=alone),
-            conditions_line(tables),
-        ],
-        [
-            *warnings_of(table),
-            *([] if few else ["A picture of so many runs is drawn by --out FILE.png alone."]),
-        ],
+        f"{counted(runs, 'run')} of {scenario or law_title(tables)}",
+        [*verdicts(table), *remark(table, metric, alone), conditions_line(tables)],
+        warnings_of(table),
         [
             Table(
                 "varied",
                 (Column("varied"), *ENDS),
                 range_rows(table, varied),
-                titled_draws(seed),
+                f"What varied, drawn with seed {seed}.",
                 typed=typed,
             ),
             spread_table(table, fields),
         ],
-        [Picture("spread", caption, lambda: drawn(table, metric))] if few else [],
+        [Picture("spread", caption, lambda: draw(table, metric))],
         summary(table, scenario, seed, varied),
         origins=[origin_of(scenario, table.attrs)],
     )
 
 
-def titled_draws(seed: int) -> str:
-    return f"What varied, drawn with seed {seed}."
-
-
-def drawn(table: "xr.Dataset", metric: str) -> "Plot":
+def draw(table: "xr.Dataset", metric: str) -> "Plot":
     from hydroservo.figures.batch import plot_batch
 
     return plot_batch(table, [path for path in varied_in(table) if path != "simulation.seed"], metric)
@@ -124,6 +110,14 @@ def spread_table(table: "xr.Dataset", fields: Mapping[str, Field]) -> Table:
     return Table("metrics", (Column("metric"), *SPREAD), rows, title, note)
 
 
+def remark(table: "xr.Dataset", metric: str, alone: str) -> list[Line]:
+    """The run that one would look at first, and the command that runs it alone."""
+    if not table.sizes["run"]:
+        return []
+    run, why = remarkable_run(table, metric)
+    return [Line(f"Run {run} {why}.", " To run it alone:" if alone else "", command=alone)]
+
+
 def remarkable_run(table: "xr.Dataset", metric: str) -> tuple[int, str]:
     """The run that one would look at first, and why: the first that diverged, else the worst."""
     lost = np.flatnonzero(table["diverged"].values)
@@ -142,14 +136,14 @@ def verdicts(table: "xr.Dataset") -> list[Line]:
     counts = counts_in(table)
     lines = [
         Line(
-            f"{count:,} of {table.sizes['run']:,} runs {what}",
+            f"{count:,} of {counted(table.sizes['run'], 'run')} {what}",
             f" ({number(100.0 * count / table.sizes['run'])} %).",
             mark,
         )
         for what, count, mark in (
             ("diverged", counts["diverged"], Mark.BAD),
             ("left the stroke", counts["stroke_left"], Mark.DOUBTFUL),
-            ("oscillate to the end", counts["oscillating"], Mark.DOUBTFUL),
+            ("oscillated to the end", counts["oscillating"], Mark.DOUBTFUL),
         )
         if count
     ]

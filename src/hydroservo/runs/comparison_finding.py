@@ -38,13 +38,12 @@ def comparison_finding(
     """
     unequal = differences(runs)
     rows = rows_of(runs, winners(runs))
-    best = any(cell.mark is Mark.BEST for row in rows for cell in row)
     columns = (Column("metric"), UNIT, *(Column(label, right=True) for label in labels))
     return Finding(
         f"Comparison of {', '.join(labels)}",
         [*verdicts(runs, labels), *unequal_lines(unequal, loops)],
         [f"{name}: {line}" for name, run in zip(scenarios, runs, strict=True) for line in warnings_of(run)],
-        [Table("metrics", columns, rows, "Metrics of the runs.", NOTE if best else "")],
+        [Table("metrics", columns, rows, "Metrics of the runs.", best=NOTE)],
         [Picture("comparison", "What is controlled, error and command.", lambda: drawn(runs, labels))],
         {
             "runs": [summary(run, name) for run, name in zip(runs, scenarios, strict=True)],
@@ -70,7 +69,8 @@ def verdicts(runs: "Sequence[xr.Dataset]", labels: Sequence[str]) -> list[Line]:
         for line in verdict(run)
         if line not in (WELL, INSIDE)
     ]
-    return lines or [Line("No run diverged or left its stroke.", mark=Mark.GOOD)]
+    stroke = " or left its stroke" if all("stroke_left" in run for run in runs) else ""
+    return lines or [Line(f"No run diverged{stroke}.", mark=Mark.GOOD)]
 
 
 def rows_of(runs: "Sequence[xr.Dataset]", best: Mapping[str, set[int]]) -> list[list[Cell]]:
@@ -83,7 +83,7 @@ def rows_of(runs: "Sequence[xr.Dataset]", best: Mapping[str, set[int]]) -> list[
             continue
         values = [one.get(name) for one in metrics]
         if any(value is not None for value in values):
-            marked = alike(values, best.get(name, set()), [bool(run["diverged"]) for run in runs])
+            marked = best_as_read(values, best.get(name, set()), [bool(run["diverged"]) for run in runs])
             cells = [
                 Cell(float("nan") if value is None else value, field.unit, Mark.BEST if i in marked else None)
                 for i, value in enumerate(values)
@@ -99,7 +99,7 @@ def shown_metrics(run: "xr.Dataset") -> dict[str, float | bool]:
     return {name: value for name, value in metrics.items() if name not in hidden}
 
 
-def alike(values: Sequence[float | None], best: set[int], diverged: Sequence[bool]) -> set[int]:
+def best_as_read(values: Sequence[float | None], best: set[int], diverged: Sequence[bool]) -> set[int]:
     """The best runs, with those whose number reads the same; none where all do."""
     texts = [
         "" if value is None or lost else f"{value:.3e}" for value, lost in zip(values, diverged, strict=True)

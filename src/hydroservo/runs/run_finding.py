@@ -16,7 +16,7 @@ from hydroservo.runs.results import metric_fields, metrics_csv, metrics_of, save
 from hydroservo.runs.titles import law_title
 from hydroservo.runs.trace import Trace, dataset
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
-from hydroservo.show.finding import titled
+from hydroservo.show.finding import title_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +48,7 @@ def run_finding(run: "Run", scenario: str = "", ending: str = ".csv") -> Finding
     ]
     columns = (Column("metric"), Column("value"), UNIT, Column("meaning"))
     return Finding(
-        titled("Run", scenario or law_title(tables)),
+        title_of("Run", scenario or law_title(tables)),
         [*verdict(run), *steps_line(about), conditions_line(tables)],
         warnings_of(run),
         [Table("metrics", columns, rows, "Metrics of the run.")],
@@ -113,10 +113,10 @@ def verdict(run: "Run") -> list[Line]:
         low, high = (quantity(metrics[name], "m") for name in ("position_min", "position_max"))
         lines = [Line("The piston left its stroke", f": it went from {low} to {high}.", Mark.DOUBTFUL)]
     lines += [Line(text, mark=Mark.DOUBTFUL) for text in behaviour(metrics, fields)]
-    return [*lines, *astray(metrics, fields)]
+    return [*lines, *following_line(metrics, fields)]
 
 
-def astray(metrics: Mapping[str, float | bool], fields: Mapping[str, Field]) -> list[Line]:
+def following_line(metrics: Mapping[str, float | bool], fields: Mapping[str, Field]) -> list[Line]:
     """That a loop does not follow: its rms error is more than its demand moves."""
     error, reach = float(metrics.get("rms_error", 0.0)), float(metrics.get("demand_reach", 0.0))
     if not 0.0 < reach < error:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from hydroservo.formatting import Scale
 from hydroservo.runs.aims import Aim
 from hydroservo.runs.tuned_finding import tuned_finding
+from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 
 
@@ -85,9 +86,12 @@ class Tuned(NamedTuple):
         lines += [str(one) for one in self.margins]
         return "\n".join([*lines, "; ".join([*self.runs_line(), *self.remarks()])])
 
+    def finding(self) -> Finding:
+        """What it says, as commands and notebooks show it."""
+        return tuned_finding(self)
+
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
-        return html_of(tuned_finding(self))
+        return html_of(self.finding())
 
     @property
     def candidates(self) -> int:

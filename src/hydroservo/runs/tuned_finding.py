@@ -12,7 +12,7 @@ from hydroservo.runs.provenance import origin_of_loop
 from hydroservo.runs.run_finding import steps_line
 from hydroservo.runs.titles import controller_title
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
-from hydroservo.show.finding import titled
+from hydroservo.show.finding import title_of
 
 if TYPE_CHECKING:
     from hydroservo.figures.style import Plot
@@ -39,9 +39,9 @@ def tuned_finding(
     seed = " and the first seed" if tuned.aim.seeds > 1 else ""
     tables = [gains_table(tuned), metrics_table(tuned)]
     return Finding(
-        titled("Gains", ", ".join(scenarios) or controller_title(tuned.tables[0])),
+        title_of("Gains", ", ".join(scenarios) or controller_title(tuned.tables[0])),
         [
-            changed(tuned),
+            change_line(tuned),
             *verdicts(tuned),
             Line(f"{tuned.runs:,} closed loops were simulated."),
             *([Line(f"With these values{seed}:", command=replay)] if replay else []),
@@ -89,11 +89,11 @@ def means_of(tuned: "Tuned") -> list[float]:
     return [geometric_mean(weights_of(tuned), one) for one in (tuned.before, tuned.after)]
 
 
-def changed(tuned: "Tuned") -> Line:
+def change_line(tuned: "Tuned") -> Line:
     """What became of the metric."""
     count, unit = len(tuned.names), unit_of(tuned, tuned.metric)
     what = f"Geometric mean of {tuned.metric} over {count} loops" if count > 1 else tuned.metric
-    before, after = (quantity(one, unit) if one < math.inf else "diverged" for one in means_of(tuned))
+    before, after = ("diverged" if math.isinf(one) else quantity(one, unit) for one in means_of(tuned))
     return Line(f"{what}: {before} before, {after} after.")
 
 
@@ -114,11 +114,14 @@ def verdicts(tuned: "Tuned") -> list[Line]:
     if not tuned.own.within:
         lines.append(Line("What the scenario has is beyond the bounds."))
     swings = {one.name: one.before.oscillation_command for one in tuned.margins}
-    return lines + [
-        Line(f"{name} oscillated before", f" by {quantity(swing, 'V')} of command.")
-        for name, swing in swings.items()
-        if swing > 0.0
-    ]
+    return lines + [before_line(name, swing) for name, swing in swings.items() if swing > 0.0]
+
+
+def before_line(name: str, swing: float) -> Line:
+    """What a machine did with the scenario's own values."""
+    if math.isinf(swing):
+        return Line(f"{name} diverged before.")
+    return Line(f"{name} oscillated before", f", by {quantity(swing, 'V')} of command.")
 
 
 def gains_table(tuned: "Tuned") -> Table:
@@ -159,7 +162,7 @@ def metric_cells(pair: Sequence[float], unit: str) -> list[Cell]:
     """A metric before and after, and how much larger it became, in per cent."""
     before, after = pair
     change = 100.0 * (after / before - 1.0) if 0.0 < before < math.inf else math.nan
-    return [*(Cell(one, unit) if one < math.inf else DIVERGED for one in pair), Cell(change, "%")]
+    return [*(DIVERGED if math.isinf(one) else Cell(one, unit) for one in pair), Cell(change, "%")]
 
 
 def numbers_of(tuned: "Tuned", command: str) -> dict[str, Any]:

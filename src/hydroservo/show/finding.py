@@ -76,7 +76,7 @@ class Log(NamedTuple):
     digest: str
 
 
-def titled(what: str, name: str) -> str:
+def title_of(what: str, name: str) -> str:
     """The title of a finding: what it is, and of which scenario where that has a name."""
     return f"{what} of {name}" if name else what
 
@@ -113,6 +113,11 @@ class Finding(NamedTuple):
     files: Mapping[str, Writer] = NO_FILES
     origins: Sequence[Origin] = ()
     logs: Sequence[Log] = ()
+
+    @property
+    def filled(self) -> list[Table]:
+        """Its tables that have rows."""
+        return [table for table in self.tables if table.rows]
 
     @property
     def doubts(self) -> list[Line]:

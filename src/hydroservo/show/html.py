@@ -2,28 +2,23 @@
 
 from collections.abc import Sequence
 from html import escape
+from itertools import zip_longest
 
 from hydroservo.show.finding import Finding, Line
-from hydroservo.show.table import Mark, Table, texts_of
+from hydroservo.show.table import Mark, Table, note_of, texts_of
 
-LEFT = 'style="text-align: left; padding-right: 1em"'  # and not as notebooks have it
-STRONG = (Mark.BEST, Mark.BAD, Mark.DOUBTFUL)
-
-
-class Strong(str):
-    """A text of a cell that stands out."""
-
-    __slots__ = ()
+STYLE = 'style="text-align: {}; padding-right: 1em"'  # notebooks end all cells at the right
+WRONG = (Mark.BAD, Mark.DOUBTFUL)
 
 
 def html_of(finding: Finding) -> str:
     """A finding as a notebook shows it: its title, its lines, its tables and its remarks."""
-    several = len(finding.tables) > 1
+    several = len(finding.filled) > 1
     return "".join(
         [
             f"<div><b>{escape(finding.title)}</b></div>",
             *map(html_line, finding.lead),
-            *(html_table(table, titled=several) for table in finding.tables),
+            *(html_table(table, titled=several) for table in finding.filled),
             *(f"<div><b>{escape(remark)}</b></div>" for remark in finding.remarks),
         ]
     )
@@ -31,38 +26,49 @@ def html_of(finding: Finding) -> str:
 
 def html_line(line: Line) -> str:
     """A line as a paragraph, its lead bold where that stands out."""
-    lead = Strong(line.lead) if line.mark in STRONG else line.lead
+    lead = f"<b>{escape(line.lead)}</b>" if line.mark in WRONG else escape(line.lead)
     command = f" <code>{escape(line.command)}</code>" if line.command else ""
-    return f"<div>{cell_text(lead)}{escape(line.rest)}{command}</div>"
+    return f"<div>{lead}{escape(line.rest)}{command}</div>"
 
 
 def html_table(table: Table, *, titled: bool = True) -> str:
-    """A table with its headings; empty where there is no row."""
-    if not table.rows:
-        return ""
+    """A table with its headings: what is best bold, what is bad or doubtful in italics."""
     texts = texts_of(table)
     rows = [
-        [Strong(text) if cell.mark in STRONG else text for text, cell in zip(*pair, strict=True)]
-        for pair in zip(texts.rows, table.rows, strict=True)
+        html_row(row, [cell.mark for cell in cells], texts.right)
+        for row, cells in zip(texts.rows, table.rows, strict=True)
     ]
     title = f"<div>{escape(table.title)}</div>" if titled and table.title else ""
-    about = " ".join(filter(None, ["Bold: the best" if texts.best else "", table.note]))
-    note = f"<div><small>{escape(about)}</small></div>" if about else ""
-    body = "".join([html_row(texts.headings, "th"), *map(html_row, rows)])
-    return f"{title}<table>{body}</table>{note}"
+    note = note_of(table, "Bold:")
+    beneath = f"<div><small>{escape(note)}</small></div>" if note else ""
+    heads = html_row(texts.headings, right=texts.right, tag="th")
+    return f"{title}<table>{heads}{''.join(rows)}</table>{beneath}"
 
 
-def html_row(texts: Sequence[str], tag: str = "td", span: int = 1) -> str:
+def html_row(
+    texts: Sequence[str],
+    marks: Sequence[Mark | None] = (),
+    right: Sequence[bool] = (),
+    *,
+    tag: str = "td",
+    span: int = 1,
+) -> str:
     """A row of a table.
 
     Args:
-        texts: of its cells; a :class:`Strong` one is bold.
+        texts: of its cells.
+        marks: how each stands out.
+        right: which end at the right.
         tag: th for heads.
         span: over how many columns each goes.
     """
     wide = f' colspan="{span}"' if span > 1 else ""
-    return f"<tr>{''.join(f'<{tag}{wide} {LEFT}>{cell_text(text)}</{tag}>' for text in texts)}</tr>"
+    cells = zip_longest(texts, marks, right)
+    return f"<tr>{''.join(html_cell(*cell, tag, wide) for cell in cells)}</tr>"
 
 
-def cell_text(text: str) -> str:
-    return f"<b>{escape(text)}</b>" if isinstance(text, Strong) else escape(text)
+def html_cell(text: str, mark: Mark | None, right: bool | None, tag: str, wide: str) -> str:
+    style = STYLE.format("right" if right else "left")
+    shape = "b" if mark is Mark.BEST else "i" if mark in WRONG else ""
+    content = f"<{shape}>{escape(text)}</{shape}>" if shape else escape(text)
+    return f"<{tag}{wide} {style}>{content}</{tag}>"

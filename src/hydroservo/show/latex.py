@@ -2,7 +2,7 @@
 
 import re
 
-from hydroservo.show.table import Mark, Table, texts_of
+from hydroservo.show.table import Mark, Table, note_of, texts_of
 
 LINES = re.compile(r"\s*\n\s*")
 
@@ -49,7 +49,7 @@ def latex_of(table: Table) -> str:
         [marked(in_one_line(text), cell.mark is Mark.BEST) for text, cell in zip(*pair, strict=True)]
         for pair in zip(texts.rows, table.rows, strict=True)
     ]
-    about = [LINES.sub(" ", text) for text in (table.title, table.note) if text]
+    about = [LINES.sub(" ", text) for text in (table.title, note_of(table, "Bold:")) if text]
     lines = [
         *(f"% {text}" for text in about),
         "% needs \\usepackage{booktabs}",

@@ -11,7 +11,7 @@ from hydroservo.show.finding import Finding, Picture
 from hydroservo.show.journal import NO_JOURNAL, Journal, with_decimal_commas
 from hydroservo.show.latex import latex_of
 from hydroservo.show.numbers import METRICS, write_metrics
-from hydroservo.show.table import Table, csv_of, texts_of
+from hydroservo.show.table import Table, csv_of, note_of, texts_of
 
 if TYPE_CHECKING:
     import jinja2
@@ -24,7 +24,7 @@ FIGURES = "figures"
 WIDEST = 6.3  # inch, a picture as wide as the text
 
 
-class Shown(NamedTuple):
+class PagePicture(NamedTuple):
     """A picture on the page.
 
     Attributes:
@@ -58,12 +58,12 @@ def write_finding(folder: Path, finding: Finding, command: str, journal: Journal
         for name, write in finding.files.items():
             write(stage / name)
         pictures = [write_picture(stage, one, origin_in(finding), journal) for one in finding.pictures]
-        write_tables(stage, finding.tables)
+        write_tables(stage, finding.filled)
         template = environment("hydroservo.show").get_template("report.html.j2")
         content = {
             "finding": finding,
             "pictures": pictures,
-            "texts": [texts_of(table) for table in finding.tables],
+            "tables": [(table, texts_of(table), note_of(table, "Bold:")) for table in finding.filled],
             "command": command,
             "version": __version__,
         }
@@ -80,13 +80,13 @@ def origin_in(finding: Finding) -> str:
     return " ".join(one.hash for one in finding.origins) or finding.title
 
 
-def write_picture(stage: Path, picture: Picture, origin: str, journal: Journal) -> Shown:
+def write_picture(stage: Path, picture: Picture, origin: str, journal: Journal) -> PagePicture:
     """Write a picture as PNG and SVG, and as a journal wants it; returns it as the page has it."""
     figure = picture.draw()
     write_figure(figure, stage / picture.name, origin)
     share = min(float(figure.get_figwidth()) / WIDEST, 1.0)
     journal.save(figure, stage / FIGURES / picture.name, origin)
-    return Shown(picture, address(stage / f"{picture.name}.svg"), share)
+    return PagePicture(picture, address(stage / f"{picture.name}.svg"), share)
 
 
 def write_figure(figure: "Plot", stem: Path, origin: str) -> None:

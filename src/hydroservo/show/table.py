@@ -5,11 +5,12 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
+from numbers import Integral, Real
 from types import MappingProxyType
 from typing import NamedTuple, TypeGuard
 
 from hydroservo.command_scale import in_command_unit
-from hydroservo.formatting import NONE, Scale, brief, scale_of, scales_of, with_label, yes_or_no
+from hydroservo.formatting import MINUS, NONE, Scale, brief, scale_of, scales_of, with_label, yes_or_no
 
 Value = str | float | int | bool | None
 
@@ -69,7 +70,8 @@ class Table(NamedTuple):
         columns: from left to right.
         rows: a cell for each column.
         title: what it shows.
-        note: stands beneath it; where something is marked as best, it follows "the best".
+        note: stands beneath it.
+        best: what follows "the best" where a cell is marked so, such as "of the runs that did not diverge".
         typed: units that a user wrote, by SI unit; they go before those that suit the numbers.
     """
 
@@ -78,6 +80,7 @@ class Table(NamedTuple):
     rows: Sequence[Sequence[Cell]]
     title: str = ""
     note: str = ""
+    best: str = ""
     typed: Mapping[str, Scale] = MappingProxyType({})
 
 
@@ -88,23 +91,26 @@ class Texts(NamedTuple):
         headings: with units.
         right: which columns end at the right.
         rows: the text of each cell.
-        best: whether a cell is marked as the best.
     """
 
     headings: list[str]
     right: list[bool]
     rows: list[list[str]]
-    best: bool
 
 
 def texts_of(table: Table) -> Texts:
     """A table in the units of datasheets: one for each SI unit of its rows, or of a column."""
     columns = table.columns
-    numbers = [(cell.unit, [cell.value]) for row in table.rows for cell in row if is_number(cell.value)]
-    scales = scales_of(numbers, table.typed)
-    own = [column_scale(table, j) for j in range(len(columns))]
+    numbers = [
+        (column.unit or cell.unit, [cell.value])
+        for row in table.rows
+        for column, cell in zip(columns, row, strict=True)
+        if is_number(cell.value)
+    ]
+    scales = scales_of([*numbers, *((one.unit, ()) for one in columns)], table.typed)
+    own = [scales[one.unit] if one.unit else None for one in columns]
     headings = [
-        f"{one.heading} [{scale.label}]" if scale and scale.label else one.heading
+        f"{one.heading} [{scale.label}]" if scale else one.heading
         for one, scale in zip(columns, own, strict=True)
     ]
     rows = []
@@ -113,7 +119,7 @@ def texts_of(table: Table) -> Texts:
         texts = []
         for column, scale, cell in zip(columns, own, row, strict=True):
             if column == UNIT:
-                texts.append(scales[unit].label if unit in scales else "")
+                texts.append(scales[unit].label)
             elif scale:
                 texts.append(text_of(cell.value, scale, column.digits))
             elif UNIT in columns and cell.unit == unit and is_number(cell.value):
@@ -121,17 +127,20 @@ def texts_of(table: Table) -> Texts:
             else:
                 texts.append(with_unit(cell, column.digits))
         rows.append(texts)
+    return Texts(headings, [ends_right(table, j) for j in range(len(columns))], rows)
+
+
+def note_of(table: Table, sign: str) -> str:
+    """What stands beneath a table.
+
+    Args:
+        table: it.
+        sign: how cells that are best look, such as "Bold:".
+    """
     best = any(cell.mark is Mark.BEST for row in table.rows for cell in row)
-    return Texts(headings, [ends_right(table, j) for j in range(len(columns))], rows, best)
-
-
-def column_scale(table: Table, j: int) -> Scale | None:
-    """The unit in which a column is read, if it has one."""
-    unit = table.columns[j].unit
-    if not unit:
-        return None
-    values = [cell.value for row in table.rows if is_number((cell := row[j]).value)]
-    return table.typed.get(unit) or scale_of(values, unit)
+    return " ".join(
+        filter(None, [f"{sign} the best {table.best}".rstrip() + "." if best else "", table.note])
+    )
 
 
 def unit_of_row(table: Table, row: Sequence[Cell]) -> str:
@@ -142,7 +151,7 @@ def unit_of_row(table: Table, row: Sequence[Cell]) -> str:
 
 
 def is_number(value: Value) -> TypeGuard[int | float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def ends_right(table: Table, j: int) -> bool:
@@ -157,8 +166,8 @@ def text_of(value: Value, scale: Scale, digits: int) -> str:
         return yes_or_no(value)
     if isinstance(value, str):
         return value
-    if isinstance(value, int) and not scale.label:
-        return f"{value:,}"
+    if isinstance(value, Integral) and not scale.label:
+        return f"{value:,}".replace("-", MINUS)
     return NONE if math.isnan(value) else brief(scale.of(value), digits)
 
 
@@ -185,7 +194,7 @@ def csv_of(table: Table) -> str:
     for row in table.rows:
         unit = unit_of_row(table, row)
         writer.writerow(
-            in_command_unit(unit)[0] if column == UNIT else exact(cell, named=own or unit)
+            in_command_unit(unit)[0] if column == UNIT else exact(cell, own, unit)
             for column, own, cell in zip(table.columns, units, row, strict=True)
         )
     return text.getvalue()
@@ -193,17 +202,17 @@ def csv_of(table: Table) -> str:
 
 def shared_unit(table: Table, j: int) -> str:
     """The unit of all numbers of a column, where no column ``UNIT`` says it."""
-    units = {row[j].unit for row in table.rows if is_number(row[j].value)}
+    units = {row[j].unit for row in table.rows if is_number(value := row[j].value) and not math.isnan(value)}
     return units.pop() if len(units) == 1 and UNIT not in table.columns else ""
 
 
-def exact(cell: Cell, named: str) -> str:
-    """A value with all digits, and its unit where that is not the one that is named elsewhere."""
+def exact(cell: Cell, own: str, of_row: str) -> str:
+    """A value with all digits, and its unit where neither its column nor its row has that."""
     value = cell.value
     if isinstance(value, bool):
         return str(int(value))
     if not is_number(value) or math.isnan(value):
         return value if isinstance(value, str) else ""
-    unit, factor = in_command_unit(cell.unit or named)
-    text = repr(value if factor == 1.0 else factor * value)
-    return f"{text} {unit}" if cell.unit not in ("", named) else text
+    unit, factor = in_command_unit(cell.unit or own)
+    number = int(value) if isinstance(value, Integral) and factor == 1.0 else factor * float(value)
+    return f"{number!r} {unit}" if cell.unit not in ("", own, of_row) else repr(number)

@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Table as TerminalTable
 
 from hydroservo.show.finding import Finding, Line
-from hydroservo.show.table import Mark, Table, texts_of
+from hydroservo.show.table import Mark, Table, note_of, texts_of
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -41,10 +41,10 @@ def show_finding(finding: Finding) -> None:
     """Print what a result says: its title, its tables, and what was found."""
     origins = finding.origins
     about = f"   (hash {origins[0].hash}, seed {origins[0].seed})" if len(origins) == 1 else ""
-    several = len(finding.tables) > 1
+    several = len(finding.filled) > 1
     show(
         f"[bold]{escape(finding.title)}[/]{about}",
-        *(terminal_table(table, titled=several) for table in finding.tables),
+        *(terminal_table(table, titled=several) for table in finding.filled),
     )
     for line in finding.lead:
         show(terminal_line(line), whole=bool(line.command))
@@ -63,7 +63,7 @@ def terminal_table(table: Table, *, titled: bool = True) -> TerminalTable:
     """A table; what is best has a star too, for terminals without colours."""
     texts = texts_of(table)
     title = escape(table.title) if titled and table.title else None
-    note = " ".join(filter(None, ["* best" if texts.best else "", table.note]))
+    note = note_of(table, "*")
     shown = TerminalTable(
         title=title, title_justify="left", caption=escape(note) or None, caption_justify="left"
     )
@@ -72,8 +72,8 @@ def terminal_table(table: Table, *, titled: bool = True) -> TerminalTable:
         shown.add_column(
             escape(heading), justify="right" if right else "left", no_wrap=not long, overflow="fold"
         )
+    starred = [any(row[j].mark is Mark.BEST for row in table.rows) for j in range(len(table.columns))]
     for row, cells in zip(texts.rows, table.rows, strict=True):
-        starred = [any(one[j].mark is Mark.BEST for one in table.rows) for j in range(len(cells))]
         shown.add_row(
             *(
                 coloured(f"{text} *" if cell.mark is Mark.BEST else f"{text}  " if star else text, cell.mark)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hydroservo.block import Block
 from hydroservo.metrics import judged_by
 from hydroservo.runs.fitting import signals_used
+from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 from hydroservo.studies.asked import Law, Study
 from hydroservo.studies.cells import Cell, Entrant, cells_of, entrants_of, units_of
@@ -56,9 +57,12 @@ class Studied(NamedTuple):
         about = f"best law at {', '.join(self.verdicts.levels)} times the activity"
         return "\n".join([str(self.manifest["title"]), f"{about} of {self.manifest['reference']}", *lines])
 
+    def finding(self) -> Finding:
+        """What it says, as commands and notebooks show it."""
+        return study_finding(self)
+
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
-        return html_of(study_finding(self))
+        return html_of(self.finding())
 
     def winners(self) -> dict[str, list[str]]:
         """The best law in each cell at each level, and with how many it ties."""

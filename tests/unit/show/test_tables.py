@@ -60,6 +60,7 @@ def test_a_spreadsheet_reads_all_digits_in_si_units():
 def test_latex_has_the_rules_of_booktabs_and_a_line_for_each_row():
     assert latex_of(METRICS).splitlines() == [
         "% Title in 100 % of two lines",
+        "% Bold: the best.",
         r"% needs \usepackage{booktabs}",
         r"\begin{tabular}{lrlrl}",
         r"\toprule",

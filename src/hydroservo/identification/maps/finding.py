@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydroservo._version import __version__
 from hydroservo.field import Field
+from hydroservo.formatting import counted
 from hydroservo.outputs import final_place, write_text
 from hydroservo.runs.provenance import origin_of_loop
 from hydroservo.runs.results import metrics_csv
@@ -33,7 +34,7 @@ def map_finding(static_map: "StaticMap", logs: Sequence[Path] = ()) -> Finding:
     loop = static_map.loop
     return Finding(
         f"{kind} map from {', '.join(static_map.logs)}",
-        [counted(static_map)],
+        [count_line(static_map)],
         static_map.remarks,
         [Table("numbers", COLUMNS, rows_of(static_map), "What the map gives.", NOTE)],
         [Picture("map", CAPTION, lambda: drawn(static_map))],
@@ -44,17 +45,22 @@ def map_finding(static_map: "StaticMap", logs: Sequence[Path] = ()) -> Finding:
     )
 
 
-def counted(static_map: "StaticMap") -> Line:
+def count_line(static_map: "StaticMap") -> Line:
     """How many numbers can be determined, and from how much."""
     count, points = len(static_map.numbers), static_map.curve.sizes["point"]
-    total = count + len(static_map.undetermined)
-    return Line(f"{count} of {total} numbers can be determined, from {points:,} points of the curve.")
+    total = counted(count + len(static_map.undetermined), "number")
+    return Line(f"{count} of {total} can be determined, from {counted(points, 'point')} of the curve.")
 
 
 def rows_of(static_map: "StaticMap") -> list[list[Cell]]:
     """The numbers with their intervals, and why others cannot be determined."""
     rows = [
-        [Cell(name), *(Cell(end, one.unit) for end in one[:3]), Cell(), Cell(one.meaning)]
+        [
+            Cell(name),
+            *(Cell(end, one.unit) for end in (one.value, one.low, one.high)),
+            Cell(),
+            Cell(one.meaning),
+        ]
         for name, one in static_map.numbers.items()
     ]
     unknown = [

@@ -8,6 +8,7 @@ from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.maps.finding import map_finding
 from hydroservo.identification.result import on_base
 from hydroservo.loop import Loop
+from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 
 if TYPE_CHECKING:
@@ -123,9 +124,12 @@ class StaticMap(NamedTuple):
         unknown = [f"{name} cannot be determined: {why}" for name, why in self.undetermined.items()]
         return "\n".join([*numbers, *unknown, *self.remarks])
 
+    def finding(self) -> Finding:
+        """What it says, as commands and notebooks show it."""
+        return map_finding(self)
+
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
-        return html_of(map_finding(self))
+        return html_of(self.finding())
 
 
 def kept(value: float) -> Interval:

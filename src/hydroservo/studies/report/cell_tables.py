@@ -2,7 +2,6 @@
 
 import math
 
-from hydroservo.formatting import scale_of
 from hydroservo.show import Column, Mark, Table
 from hydroservo.show.table import Value
 from hydroservo.studies.ablation import Ratio
@@ -42,15 +41,14 @@ def cell_tables(found: Findings, name: str) -> list[Table]:
 
 def cell_table(found: Findings, name: str) -> Table:
     """Each law of a cell, the best one first."""
-    standings, best = found.at.cells[name].standings, found.at.cells[name].best
+    best = found.at.cells[name].best
     marks = {**dict.fromkeys(best.ties, Mark.GOOD), best.law: Mark.BEST}
     return Table(
         f"cell-{name}",
         cell_columns(found),
         [cells_of(cell_row(found, name, law), marks.get(law)) for law in laws_in(found, name)],
         f"{found.where(name)}. {winner(found, name)}.",
-        "law; verdicts say which tie with it." if best.law else "",
-        {found.unit: scale_of((one.error for one in standings.values()), found.unit)},
+        best="law; verdicts say which tie with it",
     )
 
 

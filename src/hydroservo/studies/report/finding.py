@@ -61,7 +61,6 @@ def activity_table(found: Findings, cell: str) -> Table:
     ]
     verdicts = [level.cells.get(cell) for level in levels.values()]
     standings = {law: standings_of(verdicts, law) for one in verdicts if one for law in one.standings}
-    best = "law, and those that tie with it. " if any(one.best.law for one in verdicts if one) else ""
     return Table(
         f"activity-{cell}",
         columns,
@@ -74,7 +73,8 @@ def activity_table(found: Findings, cell: str) -> Table:
             for law in sorted(standings, key=lambda law: least_error(standings[law]))
         ],
         f"{found.where(cell)}: {found.metric} by activity of the command.",
-        f"{best}Numbers: {found.metric} where the command's activity is at most the heading's.",
+        f"Numbers: {found.metric} where the command's activity is at most the heading's.",
+        "law, and those that tie with it",
     )
 
 

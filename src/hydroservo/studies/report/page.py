@@ -8,7 +8,7 @@ from typing import NamedTuple
 from hydroservo._version import __version__
 from hydroservo.show import Cell, Picture, Table
 from hydroservo.show.page import environment
-from hydroservo.show.table import Texts, texts_of, with_unit
+from hydroservo.show.table import Texts, note_of, texts_of, with_unit
 from hydroservo.studies.report.captions import level_text
 from hydroservo.studies.report.commands import Repeat
 from hydroservo.studies.report.findings import Findings
@@ -23,6 +23,7 @@ class Sheet(NamedTuple):
 
     table: Table
     texts: Texts
+    note: str
     number: int
 
 
@@ -49,7 +50,7 @@ def page(
     numbers = count(1)
 
     def sheets(tables: Iterable[Table]) -> list[Sheet]:
-        return [Sheet(one, texts_of(one), next(numbers)) for one in tables]
+        return [Sheet(one, texts_of(one), note_of(one, "Bold:"), next(numbers)) for one in tables]
 
     template = environment("hydroservo.studies.report").get_template("report.html.j2")
     return template.render(

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable
 
-from hydroservo.formatting import scale_of
 from hydroservo.show import Cell, Column, Mark, Table
 from hydroservo.show.table import Value
 from hydroservo.studies.ablation import Ratio
@@ -79,5 +78,4 @@ def front_table(found: Findings) -> Table:
         "The fronts of all laws on test conditions.",
         "Level: the smallest at which these gains are taken. Ratio: of the error to that of "
         f"{found.reference} at its own activity.",
-        {found.unit: scale_of((one.error for _, _, one in points), found.unit)},
     )
