@@ -127,13 +127,7 @@ def below(law: Block, name: str, controls: Block) -> Block:
 
 
 def check_signals(law: Block, controls: Block, path: str) -> None:
-    """Refuse a law that cannot control what its loop does.
-
-    Args:
-        law: the controller, or one that it wraps.
-        controls: the signal that it is to control.
-        path: of the law, for the message.
-    """
+    """Refuse a law that cannot control what its loop does."""
     name, own = controls.declared().meaning, getattr(law, "controls", None)
     open_to = getattr(law, "signals", (type(controls),))
     able = open_to if own is None or isinstance(own, ThisSignal) else (type(own),)

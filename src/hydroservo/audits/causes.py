@@ -38,12 +38,7 @@ class Cause(NamedTuple):
 
 
 def by_fields(place: str, changes: Mapping[str, Change]) -> Callable[[Loop], Loop | None]:
-    """A loop with the fields of these names changed, wherever they are in a part of it.
-
-    Args:
-        place: the part, as the start of a path.
-        changes: the new value by the old one, by the end of a field's name.
-    """
+    """A loop with the fields of these names changed, wherever they are in a part of it."""
 
     def without(loop: Loop) -> Loop | None:
         found: dict[str, float] = {}

@@ -176,14 +176,7 @@ def say_speed(runs: int, computed: int, seconds: float) -> None:
 def run_alone(
     sampled: "Sampled", table: "xr.Dataset", metric: str, given: tuple[str, list[str], list[Path]]
 ) -> str:
-    """The command that runs alone the run that one would look at first.
-
-    Args:
-        sampled: the batch.
-        table: of all runs.
-        metric: whose worst run that is.
-        given: scenario, changes and plug-ins.
-    """
+    """The command that runs alone the run that one would look at first."""
     from hydroservo.runs.batch_finding import remarkable_run
 
     scenario, changes, plugins = given

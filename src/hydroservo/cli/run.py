@@ -113,11 +113,7 @@ def compare(
 
 
 def size_of(loops: "Sequence[tuple[str, Loop]]") -> int:
-    """How much memory the trajectories of scenarios will take [bytes]; a large one is said on stderr.
-
-    Args:
-        loops: each with its scenario's name.
-    """
+    """How much memory the trajectories of scenarios will take [bytes]; a large one is said on stderr."""
     from hydroservo.runs.run import trace_size
 
     size = 0

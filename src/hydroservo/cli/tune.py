@@ -223,11 +223,7 @@ def separated_numbers(text: str) -> list[float]:
 
 @contextmanager
 def named_as_options(options: Mapping[str, object]) -> Iterator[None]:
-    """Errors about what options say name the option, and what was typed.
-
-    Args:
-        options: what each says, by its name in the library.
-    """
+    """Errors about what options say name the option, and what was typed."""
     from hydroservo.errors import HydroservoError, ParameterError
 
     try:

@@ -121,11 +121,7 @@ def storer(block: Block, place: Place = str) -> FunctionType:
 
 
 def recorder(paths: Sequence[str]) -> FunctionType:
-    """A function ``record(out, row, s, m)`` that writes numbers of a state and of the monitors' as a row.
-
-    Args:
-        paths: where they are, such as ``s.plant.velocity``.
-    """
+    """A function ``record(out, row, s, m)`` that writes numbers of a state and of the monitors' as a row."""
     width = len(paths)
     lines = [f"    out[row * {width} + {column}] = {path}" for column, path in enumerate(paths)]
     return written("\n".join(["def record(out, row, s, m):", *lines, "    return None"]), {}, "record")
@@ -136,10 +132,6 @@ def checker(paths: Sequence[str], reach: Mapping[str, float]) -> FunctionType:
 
     0 x is 0 for a finite x and nan for others, and sums of 0 and nan tell which there were: that takes no
     branch, and pairs of pairs do not wait for each other.
-
-    Args:
-        paths: of the numbers.
-        reach: the largest size that some of them may have.
     """
 
     def total(terms: Sequence[str]) -> str:

@@ -202,12 +202,7 @@ def spread(values: Numbers) -> float:
 
 
 def slope(x: Numbers, y: Numbers) -> float:
-    """That of Tukey's resistant line, through the medians of the outer thirds, which no single run tilts.
-
-    Args:
-        x: in rising order.
-        y: of as many runs.
-    """
+    """That of Tukey's resistant line, through the medians of the outer thirds, which no single run tilts."""
     third = max(x.size // 3, 1)
     (left, right), (low, high) = (
         (float(np.median(values[:third])), float(np.median(values[-third:]))) for values in (x, y)

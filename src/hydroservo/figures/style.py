@@ -153,10 +153,6 @@ def fit_width(fig: Figure, width: float) -> None:
     """Make a figure as wide as a journal wants it; its height stays, and text gets smaller in a narrow one.
 
     Call it inside :func:`style`.
-
-    Args:
-        fig: drawn by :func:`figure`, so that its layout follows.
-        width: in inch.
     """
     if width < WIDTH <= fig.get_figwidth():
         fig.draw_without_rendering()  # ticks are there only then

@@ -151,12 +151,6 @@ def pressure_problem(found: Resistance, other: Resistance, moved: str, follows: 
 
     With areas that differ, pressures of the wrong chambers leave much of the force unexplained; with areas
     that do not, the command says whether the motion or the pressures are the wrong way round.
-
-    Args:
-        found: by the pressures as they are.
-        other: by those of the other chambers.
-        moved: what shows the motion.
-        follows: correlation of the velocity with the command, 0 without one.
     """
     opposite = found.is_negative and other.sign > 0.0
     swapped = other.fits_better(found) or (opposite and follows > SURE)

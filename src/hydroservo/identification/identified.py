@@ -243,15 +243,7 @@ def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
 def estimates(
     assembly: Assembly, problem: Problem, best: Solution, sure: Uncertainty, *, fits: bool
 ) -> dict[str, Estimate]:
-    """The parameters with their intervals, which are even in the units of the search.
-
-    Args:
-        assembly: the scenario.
-        problem: what was sought.
-        best: where.
-        sure: how sure that is.
-        fits: whether the model fits the logs; else they tell nothing.
-    """
+    """The parameters with their intervals, which are even in the units of the search."""
     count = len(problem.space.ranges)
     half = NORMAL * sure.deviations
     low, value, high = (

@@ -71,14 +71,7 @@ def played(loop: Loop, segments: Sequence[Segment], i: int, paths: Sequence[str]
 def played_columns(
     assembly: Assembly, varied: Sequence[Variation], constructed: Sequence[str], values: Values
 ) -> Values:
-    """The numbers that follow from some values of what is sought, by path in a loop that plays a segment.
-
-    Args:
-        assembly: the scenario.
-        varied: what is sought.
-        constructed: paths of numbers that constructors make, there even where they are the scenario's.
-        values: of what is sought, by path.
-    """
+    """The numbers that follow from some values of what is sought, by path in a loop that plays a segment."""
     columns = parameters_of(assembly, varied, values, always=constructed)
     return {played_path(path): row for path, row in columns.items()}
 

@@ -162,12 +162,7 @@ def signal_fit(
 
 
 def unfit_reason(fit: SignalFit, noise: float) -> str:
-    """Why the model does not fit a signal; empty where it does.
-
-    Args:
-        fit: how it is met.
-        noise: of its sensor, rms; 0 where it is not known.
-    """
+    """Why the model does not fit a signal; empty where it does."""
     if 1.0 - fit.explained < EXACT:
         return ""
     if fit.whiteness < WHITE and fit.explained < LITTLE:

@@ -109,10 +109,6 @@ def tolerance_for(problem: Problem, share: float) -> float:
     """The tolerance of steps whose error moves no number by more than a tenth of its deviation.
 
     Worst case: the error follows a slope through all n samples, and then counts the root of n times.
-
-    Args:
-        problem: what is sought.
-        share: the standard deviation of the residuals, as a fraction of a signal's spread.
     """
     return SMALL * share / math.sqrt(sum(one.segment.samples for one in problem.experiments))
 

@@ -192,16 +192,7 @@ def stretches(time: Samples, period: float) -> list[slice]:
 def segment(
     number: int, time: Samples, usual: float, part: slice, rows: Mapping[str, Samples], remarks: list[str]
 ) -> Segment:
-    """One stretch on an even grid.
-
-    Args:
-        number: of the log.
-        time: its instants.
-        usual: time between two of them.
-        part: its samples in the log.
-        rows: signals of the whole log.
-        remarks: to which is added what is done.
-    """
+    """One stretch on an even grid."""
     ticks = np.append(0.0, np.cumsum(np.round(np.diff(time) / usual)))
     count = int(ticks[-1]) + 1
     period = (time[-1] - time[0]) / max(count - 1, 1)

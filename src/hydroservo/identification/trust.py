@@ -56,13 +56,7 @@ def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertaint
 
 
 def following(problem: Problem, information: Matrix, sought: NDArray[np.bool_]) -> Matrix:
-    """How all unknowns move with those that are sought, shape (unknowns, sought): the others at their best.
-
-    Args:
-        problem: what was sought.
-        information: what the logs say at the optimum.
-        sought: which unknowns are.
-    """
+    """How all unknowns move with those sought, the others at their best; shape (unknowns, sought)."""
     along = np.eye(sought.size)[:, sought]
     if not sought.all():
         prior = np.diag([one.prior for one in problem.unknowns])
@@ -82,14 +76,6 @@ def straight(
     """Whether what is left grows along each step, one way or the other, as slopes at the optimum say.
 
     A way that leads out of a range is not gone; a step of which both do is not straight.
-
-    Args:
-        problem: what was sought.
-        x: the optimum.
-        weights: of each signal.
-        steps: a column for each, in units of the search.
-        information: what the logs say at the optimum.
-        asked: which steps are gone; others are straight.
     """
     low, high = problem.bounds
     found = ~asked

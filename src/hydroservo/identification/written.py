@@ -29,12 +29,6 @@ def tables_with(
     What the scenario had there before counts in ``[truth]`` from now on. A number that a constructor computes
     cannot stand beside what it computes it from, and goes into ``[truth]`` too, in which the law does not
     believe.
-
-    Args:
-        source: the scenario, by name or path.
-        changes: what was changed in it.
-        plugins: files with its blocks.
-        found: by path.
     """
     before = assembled(source, changes, plugins)
     values = {path: one.value for path, one in found.items()}

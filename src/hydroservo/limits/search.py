@@ -170,14 +170,6 @@ def causal_course(
     From the state in which a jump finds the machine, the commands are those that would leave the least
     squared error if the demand went on at its rate, and the load stayed, for a tenth longer than they do.
 
-    Args:
-        one: a sample period of the machine.
-        limits: of the command.
-        known: the demand and the load as they will be.
-        guess: a course of the whole run, where searches begin.
-        threads: on which samples are computed.
-        done: told how many samples are done.
-
     Yields:
         The optimum of each stretch, cut where the next jump is known.
     """

@@ -189,11 +189,7 @@ class Spread(NamedTuple):
 
 
 def spreads_of(table: "xr.Dataset") -> dict[str, Spread]:
-    """How each metric of many runs is spread, by its name; flags have no spread.
-
-    Args:
-        table: what ``simulate_batch`` returned.
-    """
+    """How each metric of many runs is spread, by its name; flags have no spread."""
     kept, fields = ~table["diverged"].values, metric_fields(table)
     numbers = {name: field for name, field in fields.items() if table[name].dtype != bool}
     return {name: spread_of(field, table[name].values[kept]) for name, field in numbers.items()}

@@ -104,12 +104,7 @@ def in_run(run: int, error: ParameterError) -> ParameterError:
 
 
 def versions(block: Block, columns: Columns) -> Iterator[Any]:
-    """The block of each run, as quickly as Python makes tuples.
-
-    Args:
-        block: what all runs start from.
-        columns: what is given for each run, by path from the block.
-    """
+    """The block of each run, as quickly as Python makes tuples."""
     members = []
     for name, value in zip(block._fields, block, strict=True):
         start = f"{name}."

@@ -362,12 +362,7 @@ def hardest(loop: Loop, parts: Iterable[Mapping[str, NDArray[np.float64]]]) -> L
 
 
 def extremes(loop: Loop, parts: Iterable[Mapping[str, NDArray[np.float64]]]) -> list[dict[str, Any]]:
-    """The numbers of those runs that have the least or the largest of one, the first run that does, in order.
-
-    Args:
-        loop: the loop that all start from.
-        parts: as of :func:`hardest`.
-    """
+    """Which runs have the least or the largest of a number, the first run that does, in order."""
     ends: dict[tuple[str, bool], tuple[float, int]] = {}  # by path and which end: its value, and its run
     rows: dict[int, dict[str, Any]] = {}
     first = 0

@@ -88,15 +88,7 @@ def checked_values(assembly: Assembly, path: str, values: ArrayLike, first: int)
 def block_columns(
     assembly: Assembly, name: str, values: Columns, first: int, always: Collection[str]
 ) -> Columns:
-    """The numbers of one block of the loop that differ between runs, by path in the loop.
-
-    Args:
-        assembly: the scenario.
-        name: which block of the loop.
-        values: what constructors take in each run, by path in the block.
-        first: the number of the first of these runs, for the message.
-        always: paths in the loop of numbers that are there even if they do not differ.
-    """
+    """The numbers of one block of the loop that differ between runs, by path in the loop."""
     draft = assembly.drafts[name]
     if name in Machine._fields:
         draft = draft.replaced(assembly.truth.taken(name, assembly.arguments))

@@ -193,12 +193,7 @@ def with_chosen_steps(sampled: Sampled, runs: int) -> tuple[Sampled, dict[str, A
 
 
 def part_size(steps: int, cuda: bool) -> int:
-    """How many runs a part has.
-
-    Args:
-        steps: integration steps of a run.
-        cuda: whether a device computes them.
-    """
+    """How many runs a part has."""
     if cuda:
         return CUDA_RUNS
     return min(MOST, max(LEAST, 1 << (max(1, STEPS // steps).bit_length() - 1)))

@@ -140,14 +140,7 @@ def typed_scales(ranges: Iterable[tuple[Entry, str]]) -> dict[str, Scale]:
 
 
 def check_order(low: float, high: float, first: object, last: object) -> None:
-    """Refuse a range whose ends are the wrong way round.
-
-    Args:
-        low: its lower end.
-        high: its upper end.
-        first: what was given for the lower end.
-        last: what was given for the upper end.
-    """
+    """Refuse a range whose ends are the wrong way round."""
     if low > high:
         raise ValueError(f"{short(first)} is more than {short(last)}, its upper end")
 

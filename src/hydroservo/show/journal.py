@@ -107,11 +107,7 @@ def check_latex(formats: str) -> None:
 
 
 def decimal_commas(text: str) -> str:
-    """CSV with semicolons in place of commas, and commas in place of the points of its numbers.
-
-    Args:
-        text: CSV with commas, its decimals with points.
-    """
+    """CSV with semicolons in place of commas, and commas in place of the points of its numbers."""
     out = io.StringIO()
     writer = csv.writer(out, delimiter=";", lineterminator="\n")
     for row in csv.reader(io.StringIO(text, newline="")):

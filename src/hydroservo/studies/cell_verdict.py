@@ -26,9 +26,6 @@ Laws = Mapping[str, Mapping[str, Any]]
 def survived(runs: "pd.DataFrame") -> float:
     """The largest scale of uncertainty at and below which no run was lost.
 
-    Args:
-        runs: of one law in one cell at one level, of the split ``stress``.
-
     Returns:
         A multiple of the nominal uncertainty; 0 where runs were lost at the smallest, nan where there are
         none.
@@ -71,14 +68,7 @@ NONE = Best("", [], [], "none", "", float("nan"), 0.0, float("inf"))
 def best_of(
     standings: Mapping[str, Standing], pairs: list[Pair], families: Mapping[str, str], rules: Rules
 ) -> Best:
-    """The best law among those that do not lose too many runs.
-
-    Args:
-        standings: of the cell's laws by name.
-        pairs: of these laws.
-        families: of laws by name.
-        rules: of the comparison.
-    """
+    """The best law among those that do not lose too many runs."""
     running = [law for law in sorted(standings) if standings[law].lost.value <= rules.most_lost]
     if not running:
         return NONE
@@ -114,11 +104,6 @@ def regrets(standings: Mapping[str, Standing], pairs: list[Pair], rules: Rules) 
 
     Infinite of a law that loses too many runs, nan of all where each does. A law with less error than others
     and more lost runs, though not too many, is the measure of theirs.
-
-    Args:
-        standings: of the cell's laws by name.
-        pairs: of these laws.
-        rules: of the comparison.
 
     Fails: the least of many errors is least by luck too, so all regrets are a little too large where many
     laws tie.
@@ -168,12 +153,7 @@ class Price(NamedTuple):
 
 
 def ranks(pairs: list[Pair], classes: Mapping[str, str]) -> dict[str, int]:
-    """The rank of each law among those with the same sensors: 1, and 1 more for each that beats it.
-
-    Args:
-        pairs: of the cell's laws.
-        classes: of these laws by name.
-    """
+    """The rank of each law among those with the same sensors: 1, and 1 more for each that beats it."""
     return {
         law: 1 + sum(classes[one] == own for one in rivals_of(pairs, law)[0]) for law, own in classes.items()
     }
@@ -183,12 +163,6 @@ def prices(
     standings: Mapping[str, Standing], pairs: list[Pair], classes: Mapping[str, str], rules: Rules
 ) -> list[Price]:
     """The prices between classes of sensors that follow one another, where both have a law that stays.
-
-    Args:
-        standings: of the cell's laws by name.
-        pairs: of these laws.
-        classes: of these laws by name.
-        rules: of the comparison.
 
     Fails: the best of many laws is best by luck too; a class with more laws looks a little better.
     """

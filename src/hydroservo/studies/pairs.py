@@ -138,9 +138,6 @@ def corrected(chances: Sequence[float]) -> list[float]:
 
     In rising order the i-th of m is min(1, max over j <= i of (m - j + 1) p(j)).
 
-    Args:
-        chances: of each finding where there is nothing, in any order.
-
     Source: Holm 1979, A simple sequentially rejective multiple test procedure, Scandinavian Journal of
     Statistics 6, 65-70.
     """

@@ -51,9 +51,6 @@ def on_target(loop: Loop) -> OnTarget:
 
     It is counted in the terms of which the C is written, so that no compiler is asked, and no machine.
 
-    Args:
-        loop: the loop.
-
     Fails to know a processor: on one without double precision a division takes many times what an addition
     does. The documentation's page on the target holds the count against instructions.
     """

@@ -173,15 +173,7 @@ def table_of(
     kept: NDArray[np.int64],
     judgements: Mapping[str, Evaluation],
 ) -> "pa.Table":
-    """The rows of a search: split by split, point by point, condition by condition.
-
-    Args:
-        task: the search.
-        found: what it came to.
-        points: the points of its front, by path, in SI units.
-        kept: those that were judged on other splits than train and validation.
-        judgements: how points did, by split.
-    """
+    """The rows of a search: split by split, point by point, condition by condition."""
     import pyarrow as pa
 
     schema = pa.schema([(name, getattr(pa, kind)()) for name, kind in COLUMNS.items()])

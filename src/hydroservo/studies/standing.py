@@ -33,10 +33,6 @@ class Share(NamedTuple):
 def lost_share(lost: Flags, confidence: float = 0.95) -> Share:
     """The share of lost runs with Wilson's interval.
 
-    Args:
-        lost: of each condition.
-        confidence: of the interval.
-
     Source: Wilson 1927, doi:10.2307/2276774.
     """
     from scipy.stats import binomtest

@@ -78,14 +78,7 @@ def found_definition(function: FunctionType, code: CodeType) -> Definition:
 
 @cache
 def functions_in(file: str, text: str, in_cell: bool) -> dict[Place, tuple[Any, list[CodeType]]]:
-    """The functions in a text, each as a tree and as Python may have compiled it.
-
-    Args:
-        file: where the text is.
-        text: the text.
-        in_cell: as a notebook's cell too, of which each statement is compiled alone; then what another
-            statement imports is called in other words.
-    """
+    """The functions in a text, each as a tree and as Python may have compiled it."""
     try:
         tree = ast.parse(text)
         alone = [ast.Module([one], []) for one in tree.body if in_cell]

@@ -170,12 +170,7 @@ def signals(unit: Unit) -> list[Signal]:
 
 
 def measured_deviation(prefix: str, texts: Mapping[str, str]) -> str:
-    """What the replay of an export in single precision prints.
-
-    Args:
-        prefix: of the export.
-        texts: its files by name.
-    """
+    """What the replay of an export in single precision prints."""
     with temporary_folder() as folder:
         for file, text in texts.items():
             (folder / file).write_text(text, encoding="utf-8")

@@ -122,14 +122,7 @@ def check_signals(log: Understood, piston: Piston) -> None:
 
 
 def fitted(fit: DecayFit, place: int, one: Watched, piston: Piston) -> dict[str, Samples]:
-    """The pressures of both chambers that the balances give.
-
-    Args:
-        told: the regression.
-        place: of chamber A's constant among its columns.
-        one: the stretch.
-        piston: of the plant.
-    """
+    """The pressures of both chambers that the balances give."""
     found = {}
     volumes = piston.volumes(one.rows["x"])
     for j, chamber in enumerate("ab"):

@@ -30,12 +30,7 @@ def run_cautions(loop: Loop, data: Mapping[Any, Any]) -> list[str]:
 
 
 def own_cautions(block: Block, path: str = "") -> list[str]:
-    """What a block, and the blocks nested in it, say of numbers that are allowed and doubtful.
-
-    Args:
-        block: such as a loop.
-        path: where it is, which stands before its line.
-    """
+    """What a block, and the blocks nested in it, say of numbers that are allowed and doubtful."""
     said = said_by(block, path) if hasattr(block, "caution") else ""
     found = [f"{path}: {said}"] if said else []
     for name, value in block._asdict().items():
