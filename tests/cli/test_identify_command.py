@@ -54,7 +54,10 @@ def check_tables(folder, said):
         assert [*map(float, ends)] == [factor * one[end] for end in ("value", "low", "high")]
         assert unit == one["unit"] or (unit == "%" and "%" in RANGES[path])
     for name, one in said["logs"][0]["signals"].items():
-        assert [*map(float, signals.loc[name, ["residual, rms", "held out"]])] == [one["rms"], one["held_out"]]
+        assert [*map(float, signals.loc[name, ["residual, rms", "held out"]])] == [
+            one["rms"],
+            one["held_out"],
+        ]
 
 
 def damaged(log, tmp_path, **columns):
