@@ -37,7 +37,7 @@ def finding(results: "Runs | Records") -> "Finding":
     """What results say, as their commands and notebooks show it.
 
     Args:
-        results: as :func:`plot` takes them.
+        results: as :func:`~hydroservo.plot` takes them.
 
     Raises:
         ParameterError: they are none of these.
