@@ -138,16 +138,20 @@ def test_a_full_disk_is_one_line(tmp_path, monkeypatch):
 )
 def test_too_little_memory_is_one_line(tmp_path, monkeypatch, said, why):
     monkeypatch.setattr(results.FORMATS[".csv"], "write", half_written(MemoryError(said)))
-    message = failed("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
-    assert f"there is too little memory{why}; record less often" in message
+    result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    assert result.exit_code == 2
+    assert "rms_error" in result.stdout  # what was computed is not lost
+    assert f"there is too little memory{why}; record less often" in result.stderr
+    assert result.stderr.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_library_that_the_system_does_not_load_is_one_line(tmp_path, monkeypatch):
     error = ImportError("x: failed to map segment")
     monkeypatch.setattr(results.FORMATS[".csv"], "write", half_written(error))
-    message = failed("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
-    assert message == "hydroservo: a library cannot be loaded: x: failed to map segment\n"
+    result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    assert result.exit_code == 2
+    assert result.stderr == "hydroservo: a library cannot be loaded: x: failed to map segment\n"
     assert list(tmp_path.iterdir()) == []
 
 

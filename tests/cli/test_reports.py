@@ -147,7 +147,8 @@ def test_tables_with_decimal_commas_have_the_same_numbers(tmp_path, words):
         )
         pd.testing.assert_frame_equal(commas, points)
     assert foreign_files(tmp_path / "commas") == []
-    assert text_of(tmp_path / "commas") == text_of(tmp_path / "points")
+    again = text_of(tmp_path / "commas").replace(" \\\n    --decimal-comma", "")
+    assert again == text_of(tmp_path / "points")
 
 
 def test_a_trajectory_with_decimal_commas_is_read_back(tmp_path):

@@ -13,7 +13,7 @@ from hydroservo.monitors.group import Usual
 from hydroservo.plants import DesignModel
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
-from hydroservo.testing.behaviour import bits
+from hydroservo.testing.bits import bits
 from hydroservo.wiring import believed
 from tests.support.equality import assert_same_block
 from tests.support.scenarios import LOOPS

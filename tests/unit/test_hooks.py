@@ -29,7 +29,7 @@ OF_OTHERS = {  # of Python and of libraries
         "O_CLOEXEC",
         "O_BINARY",
     ),
-    *("lineno", "obj", "co_exceptiontable", "py_func", "PTXSource", "possibilities", "kernel"),
+    *("lineno", "obj", "co_exceptiontable", "py_func", "PTXSource", "possibilities", "kernel", "finding"),
 }
 COMPUTED = {  # where an attribute that may be missing is looked for under a name that is computed
     "engine/recipe.py",  # what a function's code names

@@ -82,7 +82,7 @@ def test_signals_of_an_mdf_file_stay_at_their_own_instants(tmp_path):
     velocity = found.segments[0].measured["velocity"]
     np.testing.assert_array_equal(velocity[::2], np.cos(time[::2]))
     assert np.isnan(velocity[1::2]).all()
-    assert "velocity: 25 samples are missing, and count for nothing" in found.remarks
+    assert "velocity: 25 samples missing, and count for nothing" in found.remarks
 
 
 def test_a_file_without_lines_is_refused_without_one(tmp_path):
@@ -155,7 +155,7 @@ def test_outliers_count_for_nothing_and_are_said():
     velocity[[50, 200, 201]] += 3.0
     found = understood(signals(velocity=velocity))
     assert np.flatnonzero(np.isnan(found.segments[0].measured["velocity"])).tolist() == [50, 200, 201]
-    assert "velocity: 3 samples stand out alone, and count for nothing" in found.remarks
+    assert "velocity: 3 samples out of line, and count for nothing" in found.remarks
 
 
 def test_a_command_is_played_as_it_is():
@@ -163,7 +163,7 @@ def test_a_command_is_played_as_it_is():
     command[70] = 9.0
     found = understood(signals(command=command))
     assert found.segments[0].inputs["command"][70] == 9.0
-    assert "command: 1 samples stand out alone; they are played as recorded" in found.remarks
+    assert "command: 1 sample out of line; they are played as recorded" in found.remarks
 
 
 def test_samples_that_lack_are_bridged_and_gaps_split():

@@ -1,7 +1,6 @@
 """The command that shows a scenario in frequency."""
 
 from enum import StrEnum
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydroservo.cli.progress import Report
+    from hydroservo.show import Finding
 
 VALUES = 5  # of a range, evenly
 
@@ -114,6 +114,7 @@ def bode(
     from hydroservo.linear.bode import bode as bode_of
     from hydroservo.linear.bode import bode_over
     from hydroservo.linear.bode_finding import bode_finding
+    from hydroservo.runs.provenance import origin_of_loop
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.series import loops_over
 
@@ -143,7 +144,11 @@ def bode(
             data = bode_of(loop, **point, **measured, progress=lambda done: report(done, scenario))
         return with_logs(data, loop, logs, log_columns_of(scenario, changes, plugins)) if logs else data
 
-    answer(scenario, ask, partial(bode_finding, scenario=scenario, logs=logs))
+    def describe(data: "xr.Dataset") -> "Finding":
+        finding = bode_finding(data, scenario, logs)
+        return finding._replace(origins=[origin_of_loop(scenario, loop)]) if vary else finding
+
+    answer(scenario, ask, describe)
 
 
 def band_in(text: str | None) -> tuple[float, float] | None:

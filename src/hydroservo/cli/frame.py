@@ -3,7 +3,7 @@
 import inspect
 import shlex
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
     from hydroservo.show import Finding
 
+LOOKS = ("decimal_comma", "figure_format", "figure_size")  # of the files alone
 NO_MATTER = (  # options that change nothing of what is found
     "out",
     "threads",
@@ -29,9 +30,7 @@ NO_MATTER = (  # options that change nothing of what is found
     "scheduler",
     "json",
     "verbose",
-    "decimal_comma",
-    "figure_format",
-    "figure_size",
+    *LOOKS,
 )
 
 MIB = 2**20  # bytes
@@ -39,20 +38,18 @@ Result = TypeVar("Result")
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")
 
 
-def command_typed(context: typer.Context) -> list[str]:
-    """The running command without what changes nothing of what it finds.
+def command_typed(context: typer.Context, left_out: Collection[str] = NO_MATTER) -> list[str]:
+    """The running command: its start, then each option, quoted for a shell.
 
     Args:
         context: of the command.
-
-    Returns:
-        Its start, then each option, quoted for a shell.
+        left_out: options by their names in Python, such as those that change nothing of what it finds.
     """
     parts = [["hydroservo", str(context.info_name)]]
     for parameter in context.command.params:
         name = str(parameter.name)
         source = context.get_parameter_source(name)
-        if name in NO_MATTER or source is None or source.name != "COMMANDLINE":
+        if name in left_out or source is None or source.name != "COMMANDLINE":
             continue
         value = context.params[name]
         values = [str(one) for one in (value if isinstance(value, list) else [value])]
@@ -67,7 +64,7 @@ def command_typed(context: typer.Context) -> list[str]:
 
 def repeat_command(context: typer.Context) -> str:
     """The command that makes a report again, into a folder."""
-    first, *options = command_typed(context)
+    first, *options = command_typed(context, set(NO_MATTER) - set(LOOKS))
     return " \\\n    ".join([f"{first} --out DIR", *options])
 
 

@@ -26,7 +26,7 @@ def paper(
     from hydroservo.papers.tsmc_eha_2021.report.folder import report_files, write_report
     from hydroservo.papers.tsmc_eha_2021.report.tables import verdict_table
     from hydroservo.papers.tsmc_eha_2021.study import run_study
-    from hydroservo.show.terminal import show, terminal_table
+    from hydroservo.show.terminal import show_table
 
     try_outputs(report_files(out))
     with progress_bar("preparing") as report:
@@ -36,6 +36,6 @@ def paper(
 
         study = run_study(progress)
         left = write_or_keep(out, lambda place: [write_report(study, place, progress)])
-    show(terminal_table(verdict_table(study.verdicts)))
+    show_table(verdict_table(study.verdicts))
     left.check()
     typer.echo(f"report: {left.files[0]}")

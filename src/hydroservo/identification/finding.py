@@ -62,7 +62,10 @@ def identified_finding(
         [*pictures(identified)],
         {**numbers_of(identified), **further.numbers()},
         {"scenario.toml": lambda path: write_text(path, identified.toml(final_place(path).parent))},
-        [origin_of_loop(f"{name}, with what was found", identified.loop)],
+        [
+            origin_of_loop(name, identified.fitted.assembly.loop),
+            origin_of_loop(f"{name}, with what was found", identified.loop),
+        ],
         logs_of(logs),
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ScenarioError
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.formatting import MINUS, counted, quantity
 from hydroservo.identification.log import FEWEST, Log
 from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE, INPUTS, OUTPUTS, REFERENCE, SIGNALS
 from hydroservo.identification.spikes import resolution_of, spikes_in
@@ -173,10 +173,10 @@ def said_of_samples(
         driving = name in DRIVING
         if absent and missing:
             handled = "; those around are joined" if driving else ", and count for nothing"
-            yield f"{name}: {absent} samples are missing{handled}"
+            yield f"{name}: {counted(absent, 'sample')} missing{handled}"
         if peaks:
             handled = "; they are played as recorded" if driving else ", and count for nothing"
-            yield f"{name}: {peaks} samples stand out alone{handled}"
+            yield f"{name}: {counted(peaks, 'sample')} out of line{handled}"
         step = resolution_of(values)
         if step and name in OUTPUTS:
             yield f"{name} is quantised in {quantity(step, SIGNALS[name].unit)}".replace(MINUS, "-")

@@ -78,17 +78,13 @@ def in_short(data: "xr.Dataset") -> list[Line]:
     if "point" in data.dims:
         values, about = data["point"].values, data["point"].attrs
         low, high = (quantity(float(values[end]), about["units"]) for end in (0, -1))
-        return [Line(capitalised(f"{about['long_name']} at {len(values)} values from {low} to {high}."))]
+        return [Line(f"{len(values)} values of {about['long_name']}, from {low} to {high}.")]
     known = [name for name in ("gain_margin", "phase_margin", "bandwidth") if data[name].notnull()]
     margins = ", ".join(read(name, float(data[name])) for name in known)
     gain = float(data["oscillation_gain"])
     onset = "" if np.isnan(gain) or gain == 1.0 else f"the loop {says(gain)}"
     text = "; ".join(filter(None, [margins, onset]))
-    return [Line(capitalised(f"{text}."))] if text else []
-
-
-def capitalised(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}"
+    return [Line(f"{text[0].upper()}{text[1:]}.")] if text else []
 
 
 def read(name: str, value: float) -> str:
@@ -124,12 +120,12 @@ def log_lines(data: "xr.Dataset") -> Iterator[Line]:
 
 def numbers_of(data: "xr.Dataset", scenario: str) -> dict[str, Any]:
     """All numbers of frequency responses; of several points a list of those of each."""
-    logs = numbers_of_logs(data)
+    about = {"logs": numbers_of_logs(data), "warnings": warnings_of(data)}
     if "point" not in data.dims:
-        return {"scenario": scenario, "hash": data.attrs["hash"], **numbers_at(data), "logs": logs}
+        return {"scenario": scenario, "hash": data.attrs["hash"], **numbers_at(data), **about}
     name, unit = data["point"].attrs["long_name"], data["point"].attrs["units"]
     points = [{"value": one["point"].item(), **numbers_at(one)} for one in points_of(data)]
-    return {"scenario": scenario, "varied": name, "unit": unit, "points": points, "logs": logs}
+    return {"scenario": scenario, "varied": name, "unit": unit, "points": points, **about}
 
 
 def numbers_at(data: "xr.Dataset") -> dict[str, Any]:

@@ -103,7 +103,7 @@ def spread_table(table: "xr.Dataset", fields: Mapping[str, Field]) -> Table:
     rows = [
         [Cell(name), *(Cell(one, fields[name].unit) for one in spread), Cell(), Cell(fields[name].meaning)]
         for name, spread in spreads_of(table).items()
-        if name not in hidden
+        if name not in hidden and not table["diverged"].all()
     ]
     note = "Of the runs that did not diverge." if table["diverged"].any() else ""
     title = "How the metrics are spread over the runs."

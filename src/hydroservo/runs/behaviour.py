@@ -62,6 +62,11 @@ def oscillation_line(metrics: Metrics, fields: Mapping[str, Field]) -> str:
 def pressure_line(metrics: Metrics) -> str:
     """That a chamber cavitates, or that air leaves its oil; empty where its pressure stays above."""
     time, lowest = metrics.get("low_pressure_time", 0.0), metrics.get("pressure_min", 0.0)
+    if lowest < -ATMOSPHERE:
+        return (
+            f"A chamber is below absolute zero: its pressure falls to {quantity(lowest, 'Pa')}, where real "
+            "oil cavitates, so that the run cannot be trusted."
+        )
     if lowest <= VAPOUR - ATMOSPHERE:
         return f"A chamber cavitates: its pressure falls to {quantity(lowest, 'Pa')}, nearly a vacuum."
     if not (time > LONG and lowest < 0.0):

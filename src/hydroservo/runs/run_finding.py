@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 OF_JUMPS = ("settling_time", "overshoot", "demand_jumps")  # metrics that say nothing of a demand without any
 CAPTION = "What is controlled and its demand, error and command; then pressures and estimates, if any."
+LOST = "Gathered before the run was lost: they say nothing of the loop."
 WELL = Line("The run did not diverge.", mark=Mark.GOOD)
 INSIDE = Line("The run did not diverge, and the piston stayed inside its stroke.", mark=Mark.GOOD)
 
@@ -51,7 +52,7 @@ def run_finding(run: "Run", scenario: str = "", ending: str = ".csv") -> Finding
         title_of("Run", scenario or law_title(tables)),
         [*verdict(run), *steps_line(about), conditions_line(tables)],
         warnings_of(run),
-        [Table("metrics", columns, rows, "Metrics of the run.")],
+        [Table("metrics", columns, rows, "Metrics of the run.", LOST if metrics["diverged"] else "")],
         [Picture("run", CAPTION, lambda: drawn(run))],
         summary(run, scenario),
         {
@@ -108,12 +109,15 @@ def verdict(run: "Run") -> list[Line]:
         cause, time = str(about_of(run)["diverged_by"]), quantity(metrics["diverged_at"], "s")
         what = cause if BEYOND in cause else f"{cause} stopped being finite"
         return [Line("The run diverged", f": {what} at {time}.", Mark.BAD)]
-    lines = [INSIDE if "stroke_left" in metrics else WELL]
+    doubts = [
+        *following_line(metrics, fields),
+        *(Line(text, mark=Mark.DOUBTFUL) for text in behaviour(metrics, fields)),
+    ]
     if metrics.get("stroke_left"):
-        low, high = (quantity(metrics[name], "m") for name in ("position_min", "position_max"))
-        lines = [Line("The piston left its stroke", f": it went from {low} to {high}.", Mark.DOUBTFUL)]
-    lines += [Line(text, mark=Mark.DOUBTFUL) for text in behaviour(metrics, fields)]
-    return [*lines, *following_line(metrics, fields)]
+        low, high = (brief(1e3 * metrics[name], 5) for name in ("position_min", "position_max"))
+        way = f": it went from {low} mm to {high} mm."
+        return [*doubts, Line("The piston left its stroke", way, Mark.DOUBTFUL)]
+    return [*doubts, INSIDE if "stroke_left" in metrics else WELL]
 
 
 def following_line(metrics: Mapping[str, float | bool], fields: Mapping[str, Field]) -> list[Line]:

@@ -86,7 +86,7 @@ def journal_of(
         decimal_comma: whether CSV has decimal commas.
     """
     if folder is None and (formats is not None or size):
-        name, value = ("--figure-size", size) if size else ("--figure-format", formats)
+        name, value = ("--figure-size", str(size)) if size else ("--figure-format", formats)
         raise ParameterError(name, value, "is of figures in a folder; add --out DIR")
     if formats is None:
         return Journal(USUAL if size else (), size, decimal_comma)

@@ -2,12 +2,10 @@
 
 import inspect
 import math
-import struct
 from collections.abc import Callable, Sequence
 from functools import cache, lru_cache
 from typing import Any
 
-import numpy as np
 from hypothesis.strategies import SearchStrategy
 
 from hydroservo.block import Block, is_block, leaves
@@ -15,6 +13,7 @@ from hydroservo.engine.compiling import compiled
 from hydroservo.engine.native import CompileError
 from hydroservo.roles import Monitor, Sensors
 from hydroservo.sensors.missing import missing_signals
+from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case
 from hydroservo.testing.drawing import ORDINARY, WIDE, arguments, block_of
 
@@ -24,8 +23,6 @@ MAY_BE_INFINITE = {"init", "next_jump"}  # there may be no jump
 Draw = Callable[..., Any]
 Method = Callable[..., Any]
 Run = tuple[Block, list[list[Any]]]  # a block, and the arguments of successive calls of a method
-
-CANONICAL_NAN = struct.pack("<d", float("nan"))
 
 
 def check_kinds(case: Case, draw: Draw) -> None:
@@ -165,19 +162,3 @@ def all_bits(values: Any) -> Any:
 
 def shown(row: Sequence[Any]) -> str:
     return ", ".join(map(repr, row))
-
-
-def bits(value: Any) -> Any:
-    """What makes a number, an array, a block or a state the same to the last bit; all nan are one."""
-    if is_block(value):
-        return type(value).__name__, tuple((path, bits(leaf)) for path, leaf in leaves(value))
-    if isinstance(value, np.ndarray):
-        return value.shape, value.dtype.str, value.tobytes()
-    if isinstance(value, float):
-        return CANONICAL_NAN if math.isnan(value) else struct.pack("<d", value)
-    return type(value), value
-
-
-def numbers(value: Any) -> list[float]:
-    """Every number in a result."""
-    return [number for _, number in leaves(value)] if is_block(value) else [value]

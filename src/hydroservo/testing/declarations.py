@@ -15,7 +15,7 @@ from hydroservo.runs.returns import STATES
 from hydroservo.scenario.declared import line_of
 from hydroservo.scenario.fits import ROLES, a_role, check_said, misfit
 from hydroservo.scenario.units import check_si
-from hydroservo.testing.behaviour import bits
+from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case, ContractError
 from hydroservo.validation import TEXT, checked
 

@@ -9,7 +9,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
 from hydroservo.signals import Demand, Measurement
-from hydroservo.testing.behaviour import bits
+from hydroservo.testing.bits import bits
 from hydroservo.testing.examples import example
 from tools.targets.host import library
 

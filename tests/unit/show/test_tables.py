@@ -7,7 +7,7 @@ import re
 import pandas as pd
 import pytest
 
-from hydroservo.formatting import MINUS, NONE, Scale
+from hydroservo.formatting import MINUS, NONE, TIMES, Scale
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Table
 from hydroservo.show.html import html_of
 from hydroservo.show.latex import SPECIAL, escaped, in_one_line, latex_of
@@ -109,3 +109,14 @@ def test_every_sign_beyond_ascii_becomes_ascii():
     beyond = "".join(sign for sign in SPECIAL if not sign.isascii())
     assert escaped(beyond).isascii()
     assert escaped("3 m/s²") == r"3 m/s\ensuremath{^2}"
+
+
+def test_a_narrow_terminal_loses_what_numbers_mean_and_never_a_digit(capsys, monkeypatch):
+    monkeypatch.setattr("hydroservo.show.terminal.PIPED_WIDTH", 40)
+    columns = [Column("metric"), *map(Column, "abcd"), UNIT, Column("meaning")]
+    row = [Cell("steady_rms_error"), *[Cell(1.234e-9, "m/s")] * 4, Cell(), Cell("rms of the error " * 4)]
+    show_finding(HOSTILE._replace(tables=[Table("t", columns, [row])]))
+    said = capsys.readouterr().out
+    assert "meaning" not in said
+    assert said.count(f"1.234 {TIMES} 10⁻⁶") == 4
+    assert "mm/s" in said
