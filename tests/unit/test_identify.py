@@ -80,7 +80,7 @@ def test_delay_outliers_and_noise_are_found(found):
     assert abs(late - 1e-3 * LATE) < 4.0 * unsure < 1e-3
     assert fit.signals["velocity"].noise == pytest.approx(NOISE["velocity"], rel=0.2)
     assert fit.signals["velocity"].whiteness > 1e-3
-    assert any("stand out alone" in line for line in found.remarks)
+    assert any("out of line" in line for line in found.remarks)
     assert any("later than of the model" in line for line in found.remarks)
 
 
