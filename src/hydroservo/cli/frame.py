@@ -181,7 +181,8 @@ class Answer(NamedTuple):
         try_outputs(files, size)
         with progress_bar(name) as report:
             result = compute(report)
-            report(1.0, "writing files" if files else name)
+            if files:
+                report(1.0, "writing files")
             left = write_more(result) if write_more else Written()
             finding = describe(result)
             left = both(left, write_or_keep(folder, lambda place: self.write(place, finding)))
