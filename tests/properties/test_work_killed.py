@@ -96,14 +96,12 @@ def is_mine(process):
 
 def test_200_kills_of_drivers_and_workers_change_no_byte(tmp_path, undisturbed):
     kills, rounds = Counter(), 0
-    while kills.total() < 200:
+    while kills.total() < 200 or min(kills["driver"], kills["worker"]) <= 50:
         folder = tmp_path / str(rounds)
         disturbed(folder, 200, children, kills=kills)
         assert contents(folder) == undisturbed
         rounds += 1
     print(f"{dict(kills)} in {rounds} rounds of {COUNT} units")
-    assert kills["driver"] > 50
-    assert kills["worker"] > 50
     assert leaves_no_worker()
 
 
