@@ -5,6 +5,7 @@ from contextlib import suppress
 from typing import Annotated, Any, NamedTuple
 
 from hydroservo.audits.causes import CAUSES, Cause
+from hydroservo.audits.later import LaterDemand, LaterLoad
 from hydroservo.audits.tone import swing
 from hydroservo.block import Field, leaves
 from hydroservo.controlled import Command
@@ -13,10 +14,8 @@ from hydroservo.group import nested
 from hydroservo.loop import Loop
 from hydroservo.monitors import Oscillation
 from hydroservo.monitors.oscillation import END
-from hydroservo.roles import Load, Reference, role
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import ready, simulate
-from hydroservo.signals import Demand
 from hydroservo.starts import AsBuilt
 from hydroservo.wiring import wired
 
@@ -165,36 +164,3 @@ def left(loop: Loop) -> float:
         return command
     late = run["time"] >= (1.0 - END) * loop.simulation.duration
     return swing(run["controller.u"].to_numpy()[late.to_numpy()], loop.simulation.record_period).amplitude
-
-
-@role(Reference)
-class LaterDemand(NamedTuple):
-    """A demand that begins where another is at an instant: r(t + t_0).
-
-    Source: a definition.
-    Fails where it is asked for an instant before 0.
-    """
-
-    reference: Reference
-    begins: Annotated[float, Field("s", "the instant t_0", at_least=0)]
-
-    def at(self, t: float) -> Demand:
-        return self.reference.at(t + self.begins)
-
-
-@role(Load)
-class LaterLoad(NamedTuple):
-    """A load that begins where another is at an instant: F(t + t_0).
-
-    Source: a definition.
-    Fails where it is asked for an instant before 0.
-    """
-
-    load: Load
-    begins: Annotated[float, Field("s", "the instant t_0", at_least=0)]
-
-    def force(self, t: float) -> float:
-        return self.load.force(t + self.begins)
-
-    def next_jump(self, t: float) -> float:
-        return self.load.next_jump(t + self.begins) - self.begins

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydroservo.cli.completion import scenarios_like
-from hydroservo.cli.places import WHERE, folder_at
 from hydroservo.cli.remarks import say_sizes, say_warning
 from hydroservo.errors import HydroservoError, HydroservoWarning
 from hydroservo.show.journal import FIGURE_FORMATS, Size
@@ -69,10 +68,6 @@ Plugins = Annotated[
         help="Run this Python file, whose blocks a scenario may then name as a type, or allow this FMU. "
         "May be given again.",
     ),
-]
-Folder = Annotated[
-    Path | None,
-    typer.Option("--out", metavar="DIR", parser=folder_at, help=f"Write the results to this folder. {WHERE}"),
 ]
 FigureSize = Annotated[
     Size | None,

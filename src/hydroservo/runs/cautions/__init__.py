@@ -1,6 +1,7 @@
 """What is doubtful of a loop or a run: lines of the attribute ``warning`` of its result.
 
-The modules find them, and :mod:`.every` has the list.
+The modules find them, and :mod:`.every` has the list. Those of records are not in it:
+:mod:`.records` looks at the loop alone, before it is run.
 """
 
 import inspect
