@@ -15,7 +15,6 @@ from hydroservo.figures.batch import (
     slope,
     spans_decades,
 )
-from hydroservo.figures.style import save_picture
 
 PATHS = {
     "plant.mass": ("kg", "moving mass m"),
@@ -152,13 +151,13 @@ def test_runs_that_diverged_are_marked_above_and_left_out(lost):
 )
 def test_runs_that_all_diverged_or_agree_make_a_picture(tmp_path, paths, data):
     fig = plot_batch(runs_of(9, paths, **data), paths, "rms_error")
-    assert save_picture(fig, tmp_path / "runs.png", "abc").stat().st_size > 1000
+    assert fig.save(tmp_path / "runs.png", origin="abc").stat().st_size > 1000
 
 
 def test_a_metric_over_decades_has_a_logarithmic_axis_with_plain_numbers(tmp_path):
     data = runs_of(3000, error=lambda x, _: 10.0 ** (-8.0 + 3.0 * x))
     fig = plot_batch(data, ["plant.mass"], "rms_error")
-    save_picture(fig, tmp_path / "runs.png", "abc")
+    fig.save(tmp_path / "runs.png", origin="abc")
     axis = next(axis for axis in fig.axes if axis.get_xlabel().startswith("moving"))
     assert axis.get_yscale() == "log"
     assert {"0.1", "1"} <= {tick.get_text() for tick in axis.get_yticklabels()}
@@ -166,7 +165,7 @@ def test_a_metric_over_decades_has_a_logarithmic_axis_with_plain_numbers(tmp_pat
 
 def test_many_numbers_fill_rows_of_three(tmp_path):
     fig = plot_batch(runs_of(50, PATHS), list(PATHS), "rms_error")
-    save_picture(fig, tmp_path / "runs.png", "abc")
+    fig.save(tmp_path / "runs.png", origin="abc")
     labels = [axis.get_xlabel().replace("\n", " ") for axis in fig.axes]
     assert len(labels) == len(set(labels)) == 1 + len(PATHS)
     assert {"load: amplitude [N]", "model: moving mass $m$ [kg]"} <= set(labels)
@@ -188,7 +187,7 @@ def test_the_same_runs_always_give_the_same_bytes(tmp_path):
         contents = []
         for name in ("one", "other"):
             fig = plot_batch(runs_of(200), ["plant.mass"], "rms_error")
-            contents.append(save_picture(fig, tmp_path / f"{name}{ending}", "abc").read_bytes())
+            contents.append(fig.save(tmp_path / f"{name}{ending}", origin="abc").read_bytes())
         assert contents[0] == contents[1]
         assert contents[0].startswith(start)
 
@@ -197,7 +196,7 @@ def test_a_picture_that_cannot_be_written_is_one_line(tmp_path):
     (tmp_path / "runs.png").mkdir()
     fig = plot_batch(runs_of(9), ["plant.mass"], "rms_error")
     with pytest.raises(HydroservoError, match="cannot be written"):
-        save_picture(fig, tmp_path / "runs.png", "abc")
+        fig.save(tmp_path / "runs.png", origin="abc")
 
 
 @pytest.mark.parametrize(

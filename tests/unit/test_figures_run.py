@@ -15,12 +15,13 @@ from hydroservo.controllers import PI, TSMC
 from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison, remark
 from hydroservo.figures.panels import Curve, Panel, axis_unit, beyond, enlarged, panel_limits
 from hydroservo.figures.run import plot_run
-from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, style
+from hydroservo.figures.style import COLOURS, PALETTE, figure, style
 from hydroservo.figures.trace import length_shown, observer_path, trace_of
 from hydroservo.loop import Loop
 from hydroservo.plants import Cylinder
 from hydroservo.references import Square
 from hydroservo.runs.titles import controller_name
+from hydroservo.show.page import write_figure
 from hydroservo.supplies import IdealSupply, PumpSupply
 from hydroservo.testing.examples import example
 
@@ -121,7 +122,7 @@ print(*(name for name in sys.modules if name.startswith("hydroservo.papers")))
 
 def test_legends_lie_above_their_axes(tsmc, tmp_path):
     fig = plot_run(tsmc)
-    save_figure(fig, tmp_path / "run", "abc")  # lays the figure out
+    write_figure(fig, tmp_path / "run", "abc")  # lays the figure out
     legends = [axis.get_legend() for axis in fig.axes if axis.get_legend()]
     assert len(legends) == 3
     for legend in legends:
@@ -274,8 +275,8 @@ def test_style_leaves_no_trace():
 
 
 def test_saving_gives_both_formats_and_always_the_same_bytes(pi, tmp_path):
-    first = save_figure(plot_run(pi), tmp_path / "a" / "run.1", "abc")
-    second = save_figure(plot_run(pi), tmp_path / "b" / "run.1", "abc")
+    first = write_figure(plot_run(pi), tmp_path / "a" / "run.1", "abc")
+    second = write_figure(plot_run(pi), tmp_path / "b" / "run.1", "abc")
     assert [path.name for path in first] == ["run.1.png", "run.1.svg"]
     for one, other in zip(first, second, strict=True):
         assert one.read_bytes() == other.read_bytes()

@@ -19,7 +19,6 @@ from hydroservo.figures.studies.looks import family_colours, round_ticks
 from hydroservo.figures.studies.map import HATCH, Winner, plot_map, shade
 from hydroservo.figures.studies.names import Named, name_points
 from hydroservo.figures.studies.target import TargetPoint, plot_target, staircase
-from hydroservo.figures.style import save_picture
 from hydroservo.formatting import NONE
 
 FAMILIES = ["LQ", "PI", "TSMC"]
@@ -202,9 +201,7 @@ def test_ticks_are_few_and_inside(low, factor):
 def test_equal_pictures_are_equal_bytes(tmp_path):
     grid = grid_of(2, 2)
     winners = [Winner(cell, ["PI"], "ESO", 1.2) for cell in grid.cells]
-    one, other = (
-        save_picture(plot_map(grid, winners, FAMILIES), tmp_path / f"{i}.svg", "x") for i in range(2)
-    )
+    one, other = (plot_map(grid, winners, FAMILIES).save(tmp_path / f"{i}.svg", origin="x") for i in range(2))
     assert one.read_bytes() == other.read_bytes()
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hydroservo.figures.style import save_picture
 from hydroservo.figures.tuned import plot_front
 from hydroservo.runs.tuned import Tried
 
@@ -84,7 +83,7 @@ def test_what_diverged_or_is_missing_or_still_is_left_out():
 def test_each_axis_holds_all_points_and_has_ticks_that_do_not_overlap(front, tmp_path):
     last = front[-1] if front else (1e-3, 100.0)
     fig = plot_front(found(front, own=last, best=last, guess=None))
-    save_picture(fig, tmp_path / "front.png", "")
+    fig.save(tmp_path / "front.png")
     axis = fig.axes[0]
     for line in axis.lines:
         for way, (low, high) in zip(line.get_xydata().T, (axis.get_xlim(), axis.get_ylim()), strict=True):

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from hydroservo.figures.style import GREY, figure
+from hydroservo.figures.style import GREY, Plot, figure
 from hydroservo.figures.trace import Samples
 from hydroservo.formatting import quantity, readable_unit
 
@@ -64,7 +63,7 @@ class Panel(NamedTuple):
     zero: bool = False  # the limits hold zero
 
 
-def panel_figure(panels: Sequence[Panel], mosaic: str, height: float) -> Figure:
+def panel_figure(panels: Sequence[Panel], mosaic: str, height: float) -> Plot:
     """A figure of lettered panels, with one legend above all of them.
 
     Args:

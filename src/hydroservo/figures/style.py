@@ -109,6 +109,9 @@ class Plot(Figure):
     def save(self, path: Path | str, *, width: Size | str | None = None, origin: str = "") -> Path:
         """Write it in the format that the file's ending names, as wide as a column of a journal if asked.
 
+        The same figure always gives the same bytes. The metadata of the file hold its origin: as the
+        identifier of a PNG or SVG, as a keyword of a PDF. A PGF, which LaTeX draws, has none.
+
         Args:
             path: ends in .png, .svg or .pdf; or in .pgf, where there is a LaTeX to measure its text.
             width: "one-column" or "two-column"; as it is if None. One with three panels side by side is as
@@ -128,7 +131,15 @@ class Plot(Figure):
             size = Size(width) if axes_across(self) <= ACROSS else Size.TWO_COLUMN
             with style():
                 fit_width(self, size.width)
-        return save_picture(self, path, origin)
+        with style(), atomic_path(path) as temporary:
+            if path.suffix.lower() == ".pgf":
+                system = next(filter(shutil.which, TEX), TEX[0])
+                with mpl.rc_context({"pgf.texsystem": system, "pgf.rcfonts": False}), drawn_by_latex(self):
+                    self.savefig(temporary)
+            else:
+                varies, holds = METADATA[path.suffix.lower()]
+                self.savefig(temporary, metadata={varies: None, holds: f"hydroservo {origin}"})
+        return path
 
 
 def figure(height: float, width: float = WIDTH) -> Plot:
@@ -181,36 +192,3 @@ def fit_legend(fig: Figure, axis: Axes, legend: Legend) -> None:
             borderpad=0.1,
             fontsize=texts[0].get_fontsize(),
         )
-
-
-def save_figure(fig: Figure, stem: Path, origin: str) -> list[Path]:
-    """Write ``stem.png`` and ``stem.svg``; the same figure always gives the same bytes.
-
-    Args:
-        fig: the figure.
-        stem: the path without its ending.
-        origin: the hashes of the runs that it shows.
-    """
-    return [save_picture(fig, stem.with_name(stem.name + ending), origin) for ending in (".png", ".svg")]
-
-
-def save_picture(fig: Figure, path: Path, origin: str) -> Path:
-    """Write a figure in the format that the file's ending names; the same figure always gives the same bytes.
-
-    The metadata of the file hold its origin: as the identifier of a PNG or SVG, as a keyword of a PDF. A PGF,
-    which LaTeX draws, has none.
-
-    Args:
-        fig: the figure.
-        path: ends in .png, .svg or .pdf; or in .pgf, where there is a LaTeX to measure its text.
-        origin: the hashes of the runs that it shows.
-    """
-    with style(), atomic_path(path) as temporary:
-        if path.suffix.lower() == ".pgf":
-            system = next(filter(shutil.which, TEX), TEX[0])
-            with mpl.rc_context({"pgf.texsystem": system, "pgf.rcfonts": False}), drawn_by_latex(fig):
-                fig.savefig(temporary)
-        else:
-            varies, holds = METADATA[path.suffix.lower()]
-            fig.savefig(temporary, metadata={varies: None, holds: f"hydroservo {origin}"})
-    return path

@@ -89,10 +89,9 @@ def write_picture(stage: Path, picture: Picture, origin: str, journal: Journal) 
     return PagePicture(picture, address(stage / f"{picture.name}.svg"), share)
 
 
-def write_figure(figure: "Plot", stem: Path, origin: str) -> None:
-    """Write ``stem.png`` and ``stem.svg``."""
-    for ending in (".png", ".svg"):
-        figure.save(stem.with_name(stem.name + ending), origin=origin)
+def write_figure(figure: "Plot", stem: Path, origin: str) -> list[Path]:
+    """Write ``stem.png`` and ``stem.svg``, and return their paths."""
+    return [figure.save(stem.with_name(stem.name + ending), origin=origin) for ending in (".png", ".svg")]
 
 
 def address(path: Path) -> str:

@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo._version import __version__
-from hydroservo.figures.style import save_figure
 from hydroservo.outputs import staged, write_text
 from hydroservo.show.journal import NO_JOURNAL, Journal, with_decimal_commas
 from hydroservo.show.numbers import METRICS, as_json, write_metrics
-from hydroservo.show.page import FIGURES, address, write_tables
+from hydroservo.show.page import FIGURES, address, write_figure, write_tables
 from hydroservo.studies.report.cell_tables import cell_tables
 from hydroservo.studies.report.commands import conditions_in, repeats
 from hydroservo.studies.report.findings import findings
@@ -70,7 +69,7 @@ def write_report(
     with staged(folder, last=METRICS) as stage:
         for done, one in enumerate(drawn, start=1):
             figure = one.draw()
-            save_figure(figure, stage / PICTURES / one.name, fingerprint)
+            write_figure(figure, stage / PICTURES / one.name, fingerprint)
             journal.save(figure, stage / FIGURES / one.name, fingerprint)
             if progress:
                 progress(done, len(drawn))

@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import xarray as xr
-from matplotlib.figure import Figure
 
 from hydroservo.figures.panels import Curve, Panel, panel_figure
-from hydroservo.figures.style import COLOURS, save_figure, style
+from hydroservo.figures.style import COLOURS, Plot, style
 from hydroservo.figures.trace import Samples, Trace, trace_of
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS
 from hydroservo.papers.tsmc_eha_2021.report.captions import (
@@ -21,6 +20,7 @@ from hydroservo.papers.tsmc_eha_2021.report.captions import (
 from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, Trajectories
 from hydroservo.papers.tsmc_eha_2021.report.windows import CLOSE, SHORT, WHOLE
 from hydroservo.papers.tsmc_eha_2021.study import Progress
+from hydroservo.show.page import write_figure
 
 LAW_COLOURS = {"pi": COLOURS["PI"], "backstepping": COLOURS["Backstepping"], "tsmc": COLOURS["TSMC"]}
 
@@ -34,7 +34,7 @@ class PaperFigure(NamedTuple):
 
     number: int
     caption: str
-    draw: Callable[[Trajectories], Figure]
+    draw: Callable[[Trajectories], Plot]
     seen: Callable[[Trajectories], str]
 
 
@@ -53,13 +53,13 @@ def draw_figures(
     for done, one in enumerate(FIGURES, 1):
         with style():
             fig = one.draw(trajectories)
-        written += save_figure(fig, out / f"fig{one.number:02d}", origin)
+        written += write_figure(fig, out / f"fig{one.number:02d}", origin)
         if progress is not None:
             progress(done, len(FIGURES), f"figure {one.number}")
     return written
 
 
-def velocities(trajectories: Trajectories, demand: str) -> Figure:
+def velocities(trajectories: Trajectories, demand: str) -> Plot:
     """The three velocities: whole run, start or jump, and from close by what lies on one another."""
     traces = traces_of(trajectories, demand)
     curves = [controller_curve(name, trace, trace.signal) for name, trace in traces.items()]
@@ -72,7 +72,7 @@ def velocities(trajectories: Trajectories, demand: str) -> Figure:
     return panel_figure(panels, "aab\naac", 4.0)
 
 
-def errors(trajectories: Trajectories, demand: str) -> Figure:
+def errors(trajectories: Trajectories, demand: str) -> Plot:
     """The three tracking errors, above on an axis for the largest, below on one for PI and TSMC."""
     traces = traces_of(trajectories, demand)
     curves = [controller_curve(name, trace, trace.error) for name, trace in traces.items()]
@@ -86,7 +86,7 @@ def errors(trajectories: Trajectories, demand: str) -> Figure:
     return panel_figure(panels, "aab\nccd", 4.3)
 
 
-def estimates(trajectories: Trajectories, demand: str) -> Figure:
+def estimates(trajectories: Trajectories, demand: str) -> Plot:
     """Both estimates over the true disturbances; beside each what it misses, or how it follows a jump."""
     trace = trace_of(shown(trajectories, demand, "tsmc"))
     panels = []
@@ -109,7 +109,7 @@ def estimates(trajectories: Trajectories, demand: str) -> Figure:
     return panel_figure(panels, "ab\ncd" if demand == "sine" else "aab\nccd", 4.2)
 
 
-def surfaces(trajectories: Trajectories, demand: str) -> Figure:
+def surfaces(trajectories: Trajectories, demand: str) -> Plot:
     """Both sliding surfaces and the command of TSMC."""
     dataset = shown(trajectories, demand, "tsmc")
     trace = trace_of(dataset)
@@ -143,7 +143,7 @@ def controller_curve(name: str, trace: Trace, values: Samples) -> Curve:
 def paper_figure(
     number: int,
     demand: str,
-    draw: Callable[[Trajectories, str], Figure],
+    draw: Callable[[Trajectories, str], Plot],
     seen: Callable[[Trajectories, str], str],
 ) -> PaperFigure:
     return PaperFigure(

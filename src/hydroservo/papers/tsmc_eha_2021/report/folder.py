@@ -4,7 +4,6 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from hydroservo.figures.style import save_figure
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.outputs import staged, write_text
 from hydroservo.papers import tsmc_eha_2021 as paper
@@ -17,6 +16,7 @@ from hydroservo.papers.tsmc_eha_2021.report.verdict_map import draw_map
 from hydroservo.papers.tsmc_eha_2021.study import Progress, Study
 from hydroservo.runs.results import metrics_csv, save
 from hydroservo.show.numbers import METRICS, write_metrics
+from hydroservo.show.page import write_figure
 
 REPORT = "report.html"
 
@@ -40,8 +40,8 @@ def write_report(study: Study, out: Path, progress: Progress | None = None) -> P
     fingerprint = hashlib.sha256(table.encode()).hexdigest()[:12]
     with staged(out, last=METRICS) as stage:
         draw_figures(study.trajectories, stage, fingerprint, progress)
-        save_figure(draw_map(study.claims), stage / "verdicts", fingerprint)
-        save_figure(draw_overview(study.claims, study.verdicts), stage / "overview", fingerprint)
+        write_figure(draw_map(study.claims), stage / "verdicts", fingerprint)
+        write_figure(draw_overview(study.claims, study.verdicts), stage / "overview", fingerprint)
         for name, dataset in study.trajectories.items():
             save(dataset, stage / "trajectories" / f"{name}.parquet")
         write_text(stage / "metrics.csv", table)

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure
 
-from hydroservo.figures.style import figure, style
+from hydroservo.figures.style import Plot, figure, style
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
 from hydroservo.papers.tsmc_eha_2021.conditions import Condition
 from hydroservo.papers.tsmc_eha_2021.report.names import DELTAS
@@ -26,7 +25,7 @@ TITLES = {"delta": "parameters", "realisation": "sgn", "period": "sample period"
 SHORT: dict[Any, str] = {**DELTAS, "as printed": "printed", "boundary layer": "layer", "10 ms lag": "lag"}
 
 
-def draw_overview(claims: "pd.DataFrame", verdicts: Sequence[Verdict]) -> Figure:
+def draw_overview(claims: "pd.DataFrame", verdicts: Sequence[Verdict]) -> Plot:
     """One row a claim: its verdict as reproduced and to the letter, and how often it holds, under what."""
     tables = {field: shares(claims, field) for field in Condition._fields}
     with style():

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from hydroservo.figures.style import figure, style
+from hydroservo.figures.style import Plot, figure, style
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
 from hydroservo.papers.tsmc_eha_2021.conditions import (
     LITERAL,
@@ -56,7 +55,7 @@ OUTLINES: Mapping[Condition, tuple[Literal["-", ":"], str]] = {
 }
 
 
-def draw_map(claims: "pd.DataFrame") -> Figure:
+def draw_map(claims: "pd.DataFrame") -> Plot:
     """A panel for each claim with a cell for each condition, its colour the ratio of measured to allowed."""
     with style():
         fig = figure(height=9.4, width=11.0)
