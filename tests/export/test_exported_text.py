@@ -10,9 +10,9 @@ from hydroservo import Loop, Simulation
 from hydroservo.controllers import PI, TSMC, Saturation
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.export.comments import WIDTH, comment
-from hydroservo.export.names import identifier, is_identifier, snake
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision, Unit
+from hydroservo.language.names import identifier, is_identifier, snake
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 from tests.support.export.small_laws import NAMED, law

@@ -4,9 +4,9 @@ import pytest
 
 from hydroservo import states
 from hydroservo.export.c.primitives import NUMBERS, WRITTEN
-from hydroservo.export.translate.program import Program
-from hydroservo.export.translate.scope import TranslationError
-from hydroservo.export.translate.terms import INT, REAL
+from hydroservo.language.program import Program
+from hydroservo.language.scope import TranslationError
+from hydroservo.language.terms import INT, REAL
 from hydroservo.ops import random
 
 
@@ -18,7 +18,7 @@ def test_a_function_of_numbers_is_one_whatever_it_is_called_with(origin):
 
 
 def test_arithmetic_on_states_is_not_for_numbers():
-    with pytest.raises(TranslationError, match="for whole states, not for numbers"):
+    with pytest.raises(TranslationError, match="takes whole states, not numbers"):
         Program(WRITTEN, "unit").function(states.axpy, [REAL, REAL, REAL])
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hydroservo import Loop
+from hydroservo import Loop, ops
 from hydroservo.block import Block, leaves
 from hydroservo.drives import ValveOnSupplyState
 from hydroservo.engine.compiling import compiled
@@ -187,7 +187,7 @@ class Stiff(NamedTuple):
     rate: float
 
     def deriv(self, t: float, x: Pair, u: float) -> Pair:
-        return Pair(-self.rate * (x.first - math.cos(t)), -self.rate * x.second)
+        return Pair(-self.rate * (x.first - ops.cos(t)), -self.rate * x.second)
 
     def next_jump(self, t: float, u: float) -> float:
         return math.inf

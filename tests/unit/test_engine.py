@@ -255,14 +255,16 @@ def test_one_kernel_serves_all_gains() -> None:
 
 
 class Shouting(NamedTuple):
-    """A system whose method raises."""
+    """A system whose method raises: its table ends before its number of rows."""
 
     rate: float = 1.0
+    table: Any = np.zeros(2)
 
     def sample(self, s: Inner, t: float, dt: float) -> Inner:
-        if s.a > 0.0:
-            raise ValueError("no")
-        return s
+        total = 0.0
+        for i in range(self.table.size + 1):
+            total += self.table[i]
+        return Inner(s.a + total, s.b)
 
     machine, held, with_machine, between = Decay.machine, Decay.held, Decay.with_machine, Decay.between
     deriv, next_jump = Decay.deriv, Decay.next_jump

@@ -8,8 +8,8 @@ import pytest
 
 from hydroservo import ScenarioError
 from hydroservo.controllers import PI
-from hydroservo.export.translate.definition import changed_class
 from hydroservo.hooks import HOOKS
+from hydroservo.language.source import changed_class
 from hydroservo.loads import Sine
 from hydroservo.roles import Block, Controller, Load, Observer, PositionSensor, Reference, role
 from hydroservo.scenario import load_plugin, load_scenario

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import hydroservo as hs
 from hydroservo.engine import machine_code, native
-from hydroservo.engine.lower.function import DOUBLES, kernel_text
+from hydroservo.engine.llvm.entries import DOUBLES, kernel_text
 from hydroservo.engine.machine_code import with_estimated_roots
 from hydroservo.engine.native import Native
 from hydroservo.engine.recipe import features

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from hydroservo.block import Block
-from hydroservo.engine.lower.function import method_text
-from hydroservo.engine.lower.values import Array
+from hydroservo.engine.llvm.entries import method_text
 from hydroservo.engine.machine_code import object_code
 from hydroservo.engine.native import Linked, RunError
+from hydroservo.language.terms import Array, Known
 
 WORD = 8  # bytes
 
@@ -57,47 +57,49 @@ class Compiled:
         return Linked(object_code(name, text, self.strict)), returned, len(list(numbers_in(returned)))
 
 
-def shape(value: Any) -> Any:
-    """The types of an argument: those of all that is in it."""
+def shape(value: Any, inside: bool = False) -> Any:
+    """The types of all that is in an argument; whole numbers and switches of blocks are known."""
     if isinstance(value, tuple):
-        return (type(value), *map(shape, value))
+        return (type(value), *(shape(part, hasattr(value, "_fields")) for part in value))
+    if inside and isinstance(value, int):
+        return (Known, value)
     if isinstance(value, np.ndarray):
         return (Array, value.ndim)
     return next((kind for kind in (bool, int, float) if isinstance(value, kind)), type(value))
 
 
-def gather(value: Any, doubles: list[float], integers: list[int]) -> None:
-    """Adds the numbers of an argument to those before it."""
+def gather(value: Any, doubles: list[float], integers: list[int], inside: bool = False) -> None:
+    """Adds the numbers of an argument to those before it, but for those that are known."""
     if isinstance(value, tuple):
         for part in value:
-            gather(part, doubles, integers)
+            gather(part, doubles, integers, hasattr(value, "_fields"))
     elif isinstance(value, np.ndarray):
         if value.dtype != np.float64 or not value.flags.c_contiguous:
             raise TypeError(f"compiled code takes contiguous arrays of doubles, not of {value.dtype}")
         integers += [value.ctypes.data, *value.shape]
     elif isinstance(value, float):
         doubles.append(value)
-    else:
+    elif not (inside and isinstance(value, int)):
         integers.append(int(value))
 
 
 def numbers_in(shape: Any) -> Iterator[type]:
     """The types of the numbers in a shape."""
-    if isinstance(shape, tuple):
+    if not isinstance(shape, tuple):
+        yield shape
+    elif shape[0] is not Known:
         for part in shape[1:]:
             yield from numbers_in(part)
-    elif shape is not type(None):
-        yield shape
 
 
 def value(shape: Any, results: Iterator[np.int64]) -> Any:
     """What was returned, from 64 bits of each number."""
     if isinstance(shape, tuple):
         cls, *parts = shape
+        if cls is Known:
+            return parts[0]
         found = [value(part, results) for part in parts]
         block: Block = tuple(found) if cls is tuple else cls(*found)
         return block
-    if shape is type(None):
-        return None
     bits = next(results)
     return float(bits.view(np.float64)) if shape is float else shape(bits)

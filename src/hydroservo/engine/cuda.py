@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Block
 from hydroservo.engine import flat
 from hydroservo.engine.cuda_driver import Kernel, Memory, device
-from hydroservo.engine.kernel import Study, Wanted, kernel
+from hydroservo.engine.kernel import Study, Wanted, has_single_steps, kernel
 from hydroservo.engine.lanes import Layout, layout_of, varier
 from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.ptx import GOING, LOST, RAISED, THREADS, ptx, with_all_registers
@@ -36,7 +36,8 @@ class CudaThreads:
         sums = study.watch.init()
         self.layout = layout_of(varied, state, sums)
         self.constants = flat.numbers(study)
-        recipe = Recipe("threads", (*map(flat.shape, (study, state, sums)), *wanted, varied), strict)
+        shapes = (*map(flat.shape, (study, state, sums)), *wanted, varied, has_single_steps(study))
+        recipe = Recipe("threads", shapes, strict)
         text = thread_text(study, wanted, state, sums, self.layout)
         self.kernel = native(recipe, lambda: ptx(text, self.constants.size, strict), loaded)
         self.most = WAVES * self.kernel.resident(THREADS)

@@ -4,9 +4,7 @@ A kernel sees no Python object, only arrays of doubles. For each type of block t
 is written that makes the block from its numbers, or writes its numbers back.
 """
 
-import ctypes
 import linecache
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -16,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import Block, is_block, leaves, values
+from hydroservo.language.memory import array_at
 
 Shape = tuple[Any, ...]
 Text = Callable[[str, Any], str]
@@ -23,9 +22,10 @@ Place = Callable[[int], str]  # the text of an index
 
 
 class Kind(NamedTuple):
-    """What a leaf of a block is: float, int, an array of so many dimensions, True or False.
+    """What a leaf of a block is: float, an array of so many dimensions, a whole number, True or False.
 
-    A switch is part of the code, for it decides what is computed at all.
+    A whole number or a switch is part of the code, for it decides what is computed at all; but for those that
+    the engine itself reads.
     """
 
     type: type
@@ -33,19 +33,26 @@ class Kind(NamedTuple):
 
 
 FLOAT = Kind(float, 0)  # what most are
+GIVEN = {"periods", "substeps", "seed"}  # whole numbers that a kernel is given each time
 
 
 def shape(block: Block) -> Shape:
     """The classes of a block and of all that is in it: what a kernel is compiled for."""
-    return (type(block), *(shape(value) if is_block(value) else kind(value) for value in block))
+    parts = zip(block._fields, block, strict=True)
+    return (type(block), *(shape(value) if is_block(value) else kind(name, value) for name, value in parts))
 
 
-def kind(value: Any) -> Kind:
+def kind(name: str, value: Any) -> Kind:
     if type(value) is float:
         return FLOAT
     if isinstance(value, np.ndarray):
         return Kind(np.ndarray, value.ndim)
-    return Kind(type(value), int(value) if isinstance(value, bool) else 0)
+    return Kind(type(value), 0 if name in GIVEN or not is_whole(value) else int(value))
+
+
+def is_whole(value: Any) -> bool:
+    """True for a whole number or a switch."""
+    return isinstance(value, int | np.integer | np.bool_)
 
 
 def numbers(block: Block) -> NDArray[np.float64]:
@@ -87,22 +94,17 @@ def stored(block: Block) -> Text:
             places[path] = f"array_at(arrays[{place}], ({lengths}))"
             place += 1 + value.ndim
         else:
-            places[path] = cast(f"numbers[{number}]", value)
+            places[path] = cast(f"numbers[{number}]", path, value)
             number += 1
     return lambda path, _: places[path]
 
 
-def array_at(address: int, lengths: tuple[int, ...]) -> NDArray[np.float64]:
-    """The array of doubles at an address; whoever gives it keeps that memory alive."""
-    memory = (ctypes.c_double * math.prod(lengths)).from_address(int(address))
-    return np.ctypeslib.as_array(memory).reshape(lengths)
-
-
-def cast(text: str, value: Any) -> str:
-    """The text of a double turned into the type of a leaf."""
-    if isinstance(value, bool):
-        return repr(value)
-    return f"int({text})" if isinstance(value, int) else text
+def cast(text: str, path: str, value: Any) -> str:
+    """The text of a double as the leaf at a path; what is part of the code is written out."""
+    if not is_whole(value):
+        return text
+    known = bool(value) if isinstance(value, bool | np.bool_) else int(value)
+    return f"int({text})" if path.rpartition(".")[2] in GIVEN else repr(known)
 
 
 def loader(block: Block, place: Place) -> FunctionType:

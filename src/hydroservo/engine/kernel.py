@@ -66,7 +66,8 @@ class CompiledRun:
 
     def __init__(self, study: Study, wanted: Wanted, state: Block, *, strict: bool) -> None:
         sums = study.watch.init()
-        recipe = Recipe("run", (*map(flat.shape, (study, state, sums)), *wanted), strict)
+        shapes = (*map(flat.shape, (study, state, sums)), *wanted, has_single_steps(study))
+        recipe = Recipe("run", shapes, strict)
         self.call = native(recipe, lambda: compiled_run(study, wanted, state, sums, strict))
         self.width = len(wanted.recorded)
         self.study, self.shapes = study, (state, sums)  # kept alive: the table of arrays points into it
@@ -105,9 +106,9 @@ def check_rows(first: int, last: int, stride: int, out: Out, width: int) -> None
 
 
 def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Watch, strict: bool) -> MachineCode:
-    from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS
-    from hydroservo.engine.lower.values import INTEGER
+    from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS
     from hydroservo.engine.machine_code import machine_code
+    from hydroservo.language.terms import INT, REAL
 
     build, state_of, sums_of = map(flat.builder, (study, state, sums))
     put_state, put_sums = map(flat.storer, (state, sums))
@@ -122,7 +123,7 @@ def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Watch, strict
         return done
 
     memory = (DOUBLES, INTEGERS, DOUBLES, DOUBLES, DOUBLES)
-    return machine_code(advance, (*memory, INTEGER, INTEGER, FLOAT, INTEGER), strict)
+    return machine_code(advance, (*memory, INT, INT, REAL, INT), strict)
 
 
 def kernel(study: Study, wanted: Wanted) -> Callable[..., tuple[Block, Watch, int]]:
@@ -170,12 +171,21 @@ def kernel(study: Study, wanted: Wanted) -> Callable[..., tuple[Block, Watch, in
     return run
 
 
+def has_single_steps(study: Study) -> bool:
+    """Whether each sample period is one step: a kernel of its own, without a loop."""
+    return study.substeps == 1 and hasattr(type(study.integrator), "substep")
+
+
 def mover(study: Study) -> Callable[..., tuple[Block, Block]]:
     """A function that carries the machine from a sample to the next, with what monitors hear on the way."""
     hear = listener(study.watch.steps)
 
     def unheard(system, integrator, _watch, m, s, t, dt, substeps):  # type: ignore[no-untyped-def]
         return integrator.advance(system, t, system.machine(s), system.held(s), dt, substeps), m
+
+    def single_step(system, integrator, watch, m, s, t, dt, _substeps):  # type: ignore[no-untyped-def]
+        m = hear(watch, m, system, s, t, dt)
+        return integrator.substep(system, t, system.machine(s), system.held(s), dt), m
 
     def equal_steps(system, integrator, watch, m, s, t, dt, substeps):  # type: ignore[no-untyped-def]
         x, u, h = system.machine(s), system.held(s), dt / substeps
@@ -202,6 +212,8 @@ def mover(study: Study) -> Callable[..., tuple[Block, Block]]:
         return integrator.advance(system, t, system.machine(s), system.held(s), dt, substeps), m
 
     kind = type(study.integrator)
+    if has_single_steps(study):
+        return single_step
     if not silent(study.watch.steps):
         if hasattr(kind, "substep"):
             return equal_steps

@@ -97,9 +97,9 @@ def aligned(rows: int) -> NDArray[np.float64]:
 def compiled_lanes(
     study: Study, wanted: Wanted, state: Block, sums: Watch, layout: Layout, strict: bool
 ) -> MachineCode:
-    from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS, kernel_text
-    from hydroservo.engine.lower.values import INTEGER
-    from hydroservo.engine.machine_code import object_code, with_reciprocals
+    from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS, kernel_text
+    from hydroservo.engine.machine_code import object_code
+    from hydroservo.language.terms import INT, REAL
 
     build, lane_of = flat.builder(study), varier(study.system, layout.varied, row(0))
     states, steps = kept(state, layout.states), kept(sums.steps, layout.step_sums)
@@ -126,8 +126,8 @@ def compiled_lanes(
                 return k + 1
         return last
 
-    text = kernel_text(advance.__name__, advance, (DOUBLES, INTEGERS, DOUBLES, INTEGER, INTEGER, FLOAT))
-    return object_code(advance.__name__, text if strict else with_reciprocals(text), strict)
+    text = kernel_text(advance.__name__, advance, (DOUBLES, INTEGERS, DOUBLES, INT, INT, REAL))
+    return object_code(advance.__name__, text, strict, reciprocals=not strict)
 
 
 class Rows(NamedTuple):
@@ -211,7 +211,7 @@ def movers(
             x = integrator.substep(own, t, own.machine(s), own.held(s), h)
             store(memory, lane, own.with_machine(s, x))
 
-    def first_step(w, system, integrator, memory, t, h, *_):  # type: ignore[no-untyped-def]
+    def first_step(w, system, integrator, memory, t, h, _dt, _substeps):  # type: ignore[no-untyped-def]
         at_once(w, system, memory, t, h)
         if h > 0.0:
             step(system, integrator, memory, t, h)
@@ -232,7 +232,7 @@ def movers(
         else:
             at_once(w, system, memory, t, h)
 
-    def no_step(*_):  # type: ignore[no-untyped-def]
+    def no_step(_w, _system, _integrator, _memory, _t, _h):  # type: ignore[no-untyped-def]
         pass
 
     equal = hasattr(type(study.integrator), "substep")
@@ -270,6 +270,7 @@ def varier(block: Block, varied: tuple[str, ...], place: flat.Place) -> Callable
     def text(path: str, value: Any) -> str:
         if path not in varied:
             return f"block.{path}"
-        return flat.cast(f"memory[{place(varied.index(path))}]", value)
+        number = f"memory[{place(varied.index(path))}]"
+        return f"int({number})" if isinstance(value, int) else number
 
     return flat.constructor("vary(block, memory, lane)", block, text)

@@ -11,18 +11,20 @@ from importlib.metadata import requires
 from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
-from hydroservo.engine.lower.function import kernel_text
-from hydroservo.engine.lower.values import operand
+from hydroservo.engine.llvm.entries import kernel_text
+from hydroservo.engine.llvm.writer import literal
 from hydroservo.engine.native import CompileError, MachineCode, prepare
 from hydroservo.engine.recipe import features
+from hydroservo.language.terms import Type
 from hydroservo.ops.basic import ROUNDER
 
 PROVIDED = {"memcpy", "memset", "memmove"}  # what LLVM itself may call, in every C library
 VECTORS = 2  # that go together: more wait less for each other, and no longer fit where instructions are kept
 FUSIBLE = re.compile(r"(?<= = )(fadd|fsub|fmul)\b")
-QUOTIENT = re.compile(r"(%\w+) = fdiv (?=double)")
+QUOTIENT = re.compile(r"(%[\w.]+) = fdiv (?=double)")
 ROUNDED = re.compile(
-    rf"(?:@llvm\.(?:ceil|floor|rint|trunc)\.f64\(|fptosi |fadd )double (%\w+)(?:\)| to |, {operand(ROUNDER)})"
+    rf"(?:@llvm\.(?:ceil|floor|rint|trunc)\.f64\(|fptosi |fadd )double (%[\w.]+)"
+    rf"(?:\)| to |, {literal(ROUNDER)})"
 )
 DEFINITION = re.compile(r"^(define .*) {$", re.MULTILINE)
 
@@ -55,17 +57,18 @@ STEPS = f"""\
   $root = select <8 x i1> %own, {VECTOR} $x, {VECTOR} %g2"""
 
 
-def machine_code(function: Callable[..., int], arguments: Sequence[str], strict: bool) -> MachineCode:
+def machine_code(function: Callable[..., int], arguments: Sequence[Type], strict: bool) -> MachineCode:
     """The machine code of a function of numbers and arrays that returns a whole number."""
     name = function.__name__
     return object_code(name, kernel_text(name, function, arguments), strict)
 
 
-def object_code(name: str, text: str, strict: bool) -> MachineCode:
-    """The machine code of a function in the text of a module."""
+def object_code(name: str, text: str, strict: bool, reciprocals: bool = False) -> MachineCode:
+    """The machine code of a function in the text of a module, which may multiply by ``reciprocals``."""
     prepare()
     machine, wide = processor(), "+avx512dq" in features()
     text = interleaved(widest(text) if wide else text, VECTORS)
+    text = with_reciprocals(inlined(text)) if reciprocals else text
     module = optimised(text, machine.triple, machine, strict)
     if wide and has_slow_roots() and not strict:
         module = parsed(with_estimated_roots(str(module)))
@@ -111,6 +114,16 @@ def optimised(text: str, triple: str, machine: binding.TargetMachine, strict: bo
     builder = binding.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     return module if strict else parsed(FUSIBLE.sub(r"\1 contract", str(module)))
+
+
+def inlined(text: str) -> str:
+    """The text of a module with what its functions call in the place of the calls."""
+    module = parsed(text)
+    passes = binding.create_new_module_pass_manager()
+    passes.add_always_inliner_pass()
+    passes.add_sroa_pass()
+    passes.run(module, binding.create_pass_builder(processor(), binding.create_pipeline_tuning_options()))
+    return str(module)
 
 
 def foreign(module: binding.ModuleRef) -> Iterator[str]:

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator
 
 from llvmlite import binding
 
-from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS, kernel_text
-from hydroservo.engine.lower.values import INTEGER
+from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS, kernel_text
 from hydroservo.engine.machine_code import interleaved, optimised
 from hydroservo.engine.native import CompileError, MachineCode
+from hydroservo.language.terms import INT, REAL
 
 NAME = "hydroservo_threads"  # of the kernel
 INNER = "hydroservo_kernel"  # of what a thread does, which is inlined
@@ -31,7 +31,7 @@ LIBRARY = re.compile(
     r"llvm\.(a?(sin|cos|tan)h?|atan2|sincos(pi)?|exp(2|10)?|frexp|ldexp|ll?(rint|round)|log(2|10)?|modf|powi?)\."
 )
 # Constants, the table of arrays, the memory of all runs, how many there are, which of them, samples, dt.
-ARGUMENTS = (DOUBLES, INTEGERS, DOUBLES, INTEGER, INTEGER, INTEGER, INTEGER, FLOAT)
+ARGUMENTS = (DOUBLES, INTEGERS, DOUBLES, INT, INT, INT, INT, REAL)
 
 
 def ptx(function: Callable[..., int], constants: int, strict: bool) -> MachineCode:
@@ -45,7 +45,7 @@ def ptx(function: Callable[..., int], constants: int, strict: bool) -> MachineCo
     """
     if constants > MOST:
         raise CompileError(f"a CUDA device takes {MOST} numbers of blocks, and these have {constants}")
-    inner = kernel_text(INNER, function, ARGUMENTS).replace("define ", "define internal ")
+    inner = kernel_text(INNER, function, ARGUMENTS).replace("define i32", "define internal i32")
     machine = device_machine()
     module = optimised(interleaved(inner + entry(constants), 1), TRIPLE, machine, strict)
     missing = sorted(foreign(module))

@@ -26,9 +26,12 @@ import numpy as np
 from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
+from hydroservo import language
+
 PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 BELOW = {"llvmlite", "numpy", "builtins"}
 ENGINE = Path(__file__).parent
+LANGUAGE = Path(language.__file__).parent
 MADE = {"__new__", "__repr__", "__getnewargs__", "_make", "_replace", "_asdict"}  # by NamedTuple
 NAME = re.compile(r"\.\s*([^\W\d]\w*)")
 LOADS = ("LOAD_ATTR", "LOAD_METHOD")
@@ -84,18 +87,15 @@ def methods_of(cls: type) -> list[tuple[str, FunctionType]]:
 
 
 def engine_text() -> str:
-    """A digest of the engine's sources, as they are when it is loaded."""
+    """A digest of the sources of the engine and the language, as they are when they are loaded."""
     found = hashlib.sha256()
-    for path in sorted(ENGINE.rglob("*.py")):
-        found.update(path.relative_to(ENGINE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    for path in sorted([*ENGINE.rglob("*.py"), *LANGUAGE.glob("*.py")]):
+        found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return found.hexdigest()
 
 
 def names_in_engine() -> frozenset[str]:
-    """The names that stand after a dot in the engine's sources, in the text that they write too.
-
-    What lowers functions calls none of their methods itself.
-    """
+    """The names that stand after a dot in the engine's sources, in the text that they write too."""
     return frozenset(
         name for path in ENGINE.glob("*.py") for name in NAME.findall(path.read_text(encoding="utf-8"))
     )

@@ -35,9 +35,9 @@ class CompiledRows:
 
 
 def compiled_rows(block: Block, given: Block, returned: Block) -> MachineCode:
-    from hydroservo.engine.lower.function import DOUBLES, INTEGERS
-    from hydroservo.engine.lower.values import INTEGER
+    from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS
     from hydroservo.engine.machine_code import machine_code
+    from hydroservo.language.terms import INT
 
     build, load, store = flat.builder(block), flat.loader(given, place), flat.storer(returned, place)
     taken, left = len(values(given)), len(values(returned))
@@ -48,7 +48,7 @@ def compiled_rows(block: Block, given: Block, returned: Block) -> MachineCode:
             store(out, i * left, asked.row(load(memory, i * taken)))
         return 0
 
-    return machine_code(rows, (DOUBLES, INTEGERS, DOUBLES, DOUBLES, INTEGER), strict=True)
+    return machine_code(rows, (DOUBLES, INTEGERS, DOUBLES, DOUBLES, INT), strict=True)
 
 
 def place(i: int) -> str:

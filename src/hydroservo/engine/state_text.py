@@ -5,46 +5,37 @@ number. The export translates the same texts that the engine compiles, but for l
 and loops that C has, they take less code.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FunctionType, MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 from hydroservo import block, states
 from hydroservo.engine.flat import written
+from hydroservo.language.body import Body
+from hydroservo.language.scope import TranslationError
+from hydroservo.language.terms import Function, Record, Translator, Type
 
 
-class Shape(NamedTuple):
-    """A type of state.
-
-    Attributes:
-        cls: its class.
-        fields: the type of each; None for a number.
-    """
-
-    cls: type
-    fields: "Mapping[str, Shape | None]"
-
-
-def axpy(shape: Shape) -> FunctionType:
+def axpy(shape: Record) -> FunctionType:
     """``states.axpy`` for states of one type."""
     namespace: dict[str, Any] = {}
     return defined(states.axpy, "x, h, k", made(shape, ("x", "k"), "{} + h * {}", namespace), namespace)
 
 
-def scaled(shape: Shape) -> FunctionType:
+def scaled(shape: Record) -> FunctionType:
     """``states.scaled`` for states of one type."""
     namespace: dict[str, Any] = {}
     return defined(states.scaled, "h, k", made(shape, ("k",), "h * {}", namespace), namespace)
 
 
-def misses(shape: Shape) -> FunctionType:
+def misses(shape: Record) -> FunctionType:
     """``states.misses`` for states of one type."""
     names = ("error", "x", "y", "rate")
     total = summed(shape, names, "miss({}, {}, {}, {}, dt)")
     return defined(states.misses, f"{', '.join(names)}, dt", total, {"miss": states.miss})
 
 
-def factored(shape: Shape) -> FunctionType:
+def factored(shape: Record) -> FunctionType:
     """``states.factored`` for states of one type, without loops: a variable for each number of the matrix."""
     namespace: dict[str, Any] = {"nudge": states.nudge}
     paths = tuple(places(shape))
@@ -65,7 +56,7 @@ def factored(shape: Shape) -> FunctionType:
     return defined(states.factored, "system, t, x, u, f, h", f"({matrix},)", namespace, lines)
 
 
-def solved(shape: Shape) -> FunctionType:
+def solved(shape: Record) -> FunctionType:
     """``states.solved`` for states of one type, without loops."""
     namespace: dict[str, Any] = {}
     paths = tuple(places(shape))
@@ -82,48 +73,50 @@ def solved(shape: Shape) -> FunctionType:
     )
 
 
-def overlaid(shape: Shape, given: Shape) -> FunctionType:
+def overlaid(shape: Record, given: Record) -> FunctionType:
     """``states.overlaid`` for states of one type and groups of another."""
     namespace: dict[str, Any] = {}
     instead = {f"x.{path}": f"given.{path}" for path in places(given)}
     return defined(states.overlaid, "x, given", made(shape, ("x",), "{}", namespace, instead), namespace)
 
 
-def estimates_in(shape: Shape) -> FunctionType:
+def estimates_in(shape: Record) -> FunctionType:
     """``block.estimates_in`` for states of one type."""
     return defined(block.estimates_in, "state", holder(shape, "state"), {})
 
 
-def holder(shape: Shape, path: str) -> str:
+def holder(shape: Record, path: str) -> str:
     """The path of the first state that holds d1 and d2; empty if none does."""
     if {"d1", "d2"} <= set(shape.fields):
         return path
-    inner = (holder(part, f"{path}.{field}") for field, part in shape.fields.items() if part is not None)
+    inner = (
+        holder(part, f"{path}.{field}") for field, part in shape.fields.items() if isinstance(part, Record)
+    )
     return next(filter(None, inner), "")
 
 
-def model_in(shape: Shape) -> FunctionType:
+def model_in(shape: Record) -> FunctionType:
     """``block.model_in`` for laws of one type."""
     path = "controller"
     while "model" not in shape.fields:
         inner = shape.fields["controller"]
-        if inner is None:
+        if not isinstance(inner, Record):
             raise KeyError(path)
         shape, path = inner, f"{path}.controller"
     return defined(block.model_in, "controller", f"{path}.model", {})
 
 
-def places(shape: Shape, prefix: str = "") -> Iterator[str]:
+def places(shape: Record, prefix: str = "") -> Iterator[str]:
     """The dotted path of each number of a state."""
     for field, part in shape.fields.items():
-        if part is None:
-            yield prefix + field
-        else:
+        if isinstance(part, Record):
             yield from places(part, f"{prefix}{field}.")
+        else:
+            yield prefix + field
 
 
 def made(
-    shape: Shape | None,
+    shape: Type,
     names: Sequence[str],
     number: str,
     namespace: dict[str, Any],
@@ -133,7 +126,7 @@ def made(
 
     ``instead`` has other expressions for some of them, by the path of the first.
     """
-    if shape is None:
+    if not isinstance(shape, Record):
         return instead.get(names[0], number.format(*names))
     name = f"T{len(namespace)}"
     namespace[name] = shape.cls
@@ -144,9 +137,9 @@ def made(
     return f"{name}({', '.join(inner)})"
 
 
-def summed(shape: Shape | None, names: Sequence[str], number: str) -> str:
+def summed(shape: Type, names: Sequence[str], number: str) -> str:
     """The text that adds an expression of each number, group by group as the interpreted function does."""
-    if shape is None:
+    if not isinstance(shape, Record):
         return number.format(*names)
     inner = [
         summed(part, [f"{one}.{field}" for one in names], number) for field, part in shape.fields.items()
@@ -164,3 +157,39 @@ def defined(
     function = written(f"def {name}({arguments}):\n    {body}\n", namespace, name)
     function.__doc__ = origin.__doc__
     return function
+
+
+Made = Callable[[Translator, Sequence[Type]], Function]
+
+
+def for_records(text: Callable[..., FunctionType], *numbers: int) -> Made:
+    """What translates a function by its text for the types of some of its arguments."""
+
+    def made(translator: Translator, arguments: Sequence[Type]) -> Function:
+        shapes = [record_of(arguments[number]) for number in numbers]
+        return Body(translator, text(*shapes), arguments, None).translated()
+
+    return made
+
+
+def record_of(kind: Type) -> Record:
+    """A type as that of a state.
+
+    Raises:
+        TranslationError: it is another one.
+    """
+    if not isinstance(kind, Record):
+        raise TranslationError("arithmetic on states takes whole states, not numbers")
+    return kind
+
+
+TRANSLATED: Mapping[Any, Made] = {  # each by the types of these arguments
+    states.axpy: for_records(axpy, 0),
+    states.scaled: for_records(scaled, 1),
+    states.misses: for_records(misses, 0),
+    states.factored: for_records(factored, 2),
+    states.solved: for_records(solved, 1),
+    states.overlaid: for_records(overlaid, 0, 1),
+    block.estimates_in: for_records(estimates_in, 0),
+    block.model_in: for_records(model_in, 0),
+}

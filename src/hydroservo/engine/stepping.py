@@ -141,9 +141,9 @@ class Steps:
 
 
 def compiled_begin(made: Made) -> MachineCode:
-    from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS
-    from hydroservo.engine.lower.values import INTEGER
+    from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS
     from hydroservo.engine.machine_code import machine_code
+    from hydroservo.language.terms import INT, REAL
 
     build, store, record, lane_of = flat.builder(made.study), storer(made), recorder(made), varied_of(made)
     size, sample, alive = made.places.size, made.places.sample * LANES, made.places.alive * LANES
@@ -162,13 +162,13 @@ def compiled_begin(made: Made) -> MachineCode:
         return 0
 
     memory = (DOUBLES, INTEGERS, DOUBLES, DOUBLES, INTEGERS)
-    return machine_code(begin, (*memory, INTEGER, FLOAT), strict=True)
+    return machine_code(begin, (*memory, INT, REAL), strict=True)
 
 
 def compiled_step(made: Made) -> MachineCode:
-    from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS
-    from hydroservo.engine.lower.values import INTEGER
+    from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS
     from hydroservo.engine.machine_code import machine_code
+    from hydroservo.language.terms import INT, REAL
 
     build, load, record = flat.builder(made.study), state_of(made), recorder(made)
     move_all, sample_all, size = moving(made), sampling(made), made.places.size
@@ -186,7 +186,7 @@ def compiled_step(made: Made) -> MachineCode:
         return 0
 
     memory = (DOUBLES, INTEGERS, DOUBLES, DOUBLES)
-    return machine_code(advance, (*memory, INTEGER, INTEGER, INTEGER, FLOAT), strict=True)
+    return machine_code(advance, (*memory, INT, INT, INT, REAL), strict=True)
 
 
 def moving(made: Made) -> Callable[..., None]:

@@ -16,11 +16,11 @@ from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import LoopError
 from hydroservo.export.c.counting import counted
 from hydroservo.export.c.declared import declared_in
+from hydroservo.export.c.fixed import computed_once
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.primitives import WRITTEN
 from hydroservo.export.c.source import Form, Translation, texts
 from hydroservo.export.converted import ConvertedController, ConvertedHold, ConvertedState
-from hydroservo.export.names import place_in_c
 from hydroservo.export.parts import (
     Command,
     ConvertedEquationsUnit,
@@ -31,11 +31,11 @@ from hydroservo.export.parts import (
     with_its_substeps,
 )
 from hydroservo.export.prefix import checked_prefix, plain_title
-from hydroservo.export.translate.fixed import computed_once
-from hydroservo.export.translate.program import Program, check_law
-from hydroservo.export.translate.terms import REAL, Record
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
 from hydroservo.field import Field, declared_fields
+from hydroservo.language.names import place_in_c
+from hydroservo.language.program import Program, check_law
+from hydroservo.language.terms import REAL, Record
 from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.fitting import first_state
@@ -98,7 +98,7 @@ def exported_unit(
         inlined: the parameters are constants of the source, not an argument.
 
     Raises:
-        TranslationError: a block does what has no equal in C.
+        TranslationError: a block says what is not in the language.
         ParameterError: a parameter is out of range, or the prefix cannot be one.
         LoopError: single precision where it cannot be, or an expression that nests too deep.
     """

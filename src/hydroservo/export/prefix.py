@@ -5,8 +5,8 @@ from pathlib import PurePath
 
 from hydroservo.errors import ParameterError
 from hydroservo.export.comments import in_comment
-from hydroservo.export.names import is_identifier
 from hydroservo.export.unit import Part
+from hydroservo.language.names import is_identifier
 
 TAKEN = re.compile(
     # headers of C itself

@@ -75,7 +75,7 @@ def export_c(
         PREFIX_replay.c, Makefile and README.md.
 
     Raises:
-        TranslationError: a block does what has no equal in C; the message has file and line.
+        TranslationError: a block says what is not in the language; the message has file and line.
         ParameterError: a parameter is out of range, or an argument is not one of those above.
         LoopError: single precision where it cannot be, or the C is not what Python is.
         HydroservoError: a file cannot be written, or one of another origin is there under its name; what

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 DOUBLE = 8  # bytes
 ENDLESS = "has a loop that goes on as long as its numbers ask"
-UNTRANSLATED = "does what has no equal in C; export says what"
+UNTRANSLATED = "says what is not in the language; export says what"
 
 
 class OnTarget(NamedTuple):

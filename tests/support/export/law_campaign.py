@@ -25,8 +25,8 @@ from hydroservo.export.c import source
 from hydroservo.export.c.vectors import rows_at
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.parts import block_of
-from hydroservo.export.translate.scope import TranslationError
 from hydroservo.export.unit import Part, Unit
+from hydroservo.language.scope import TranslationError
 from hydroservo.runs.run import ready
 from tests.support.export.fuzzed_laws import fuzzed_law
 from tests.support.export.small_laws import R, Y, loop_of

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from hydroservo import Loop, Simulation
+from hydroservo.engine.compiling import compiled
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
@@ -137,14 +138,16 @@ def loop_of(folder: Path, text: str, **changes: object) -> Loop:
 
 
 def assert_same(loop: Loop, folder: Path, *, inlined: bool = False) -> None:
-    """C gives the bits of plain Python, for two steps."""
+    """C and machine code give the bits of plain Python, for two steps."""
     unit = exported_unit(loop, Part.CONTROLLER, **NAMED, inlined=inlined)
     numbers = dict(zip([f"measurement.{name}" for name in Y._fields], Y, strict=True))
     numbers |= dict(zip([f"demand.{name}" for name in R._fields], R, strict=True))
     row = [numbers[signal.path] for argument in unit.arguments for signal in argument.signals]
     found = library(unit, folder).run(np.array([row, row]))
+    machine = compiled(type(loop.controller).step)
     state, expected = loop.controller.init(), []
     for _ in range(2):
-        state = loop.controller.step(state, Y, R, 1e-3)
-        expected.append([*state])
-    assert [[bits(x) for x in row] for row in found.tolist()] == [[bits(x) for x in row] for row in expected]
+        before, state = state, loop.controller.step(state, Y, R, 1e-3)
+        expected.append([bits(float(x)) for x in state])
+        assert [bits(float(x)) for x in machine(loop.controller, before, Y, R, 1e-3)] == expected[-1]
+    assert [[bits(x) for x in row] for row in found.tolist()] == expected

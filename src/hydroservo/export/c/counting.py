@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from hydroservo.engine.state_text import record_of
 from hydroservo.export import parts
+from hydroservo.export.c.fixed import parts_of
 from hydroservo.export.c.liveness import Needed, matters
 from hydroservo.export.c.primitives import bits, floats
-from hydroservo.export.c.primitives.kinds import record_of
 from hydroservo.export.operations import Operations
-from hydroservo.export.translate.fixed import parts_of
-from hydroservo.export.translate.terms import (
+from hydroservo.language.terms import (
     REAL,
     Assign,
     Call,
@@ -38,6 +38,7 @@ SIGNS = {
 WRITTEN = {
     floats.ABSOLUTE: NONE,
     floats.COPYSIGN: NONE,
+    floats.FMOD: Operations(functions=1),
     floats.FLOOR: Operations(additions=3, comparisons=2),
     floats.ISFINITE: Operations(comparisons=1),
     floats.ISNAN: Operations(comparisons=1),
@@ -114,10 +115,11 @@ class Count:
             case If(condition=condition, body=body, otherwise=otherwise):
                 ways = [self.body(way, names) for way in (body, otherwise)]
                 return self.value(condition).plus(dearer(*ways))
-            case For(count=Known(value=count), body=body):
-                return self.body(body, names).times(count)
+            case For(start=Known(value=start), stop=Known(value=stop), step=Known(value=step), body=body):
+                return self.body(body, names).times(len(range(start, stop, step)))
             case For() | While():
                 raise UncountedError
+        return NONE
 
     def value(self, value: Expression) -> Operations:
         """What it takes to compute a value."""

@@ -6,10 +6,12 @@ reads is left out of the C, so that each number in its records has an effect.
 
 from collections.abc import Iterator, Sequence
 
-from hydroservo.export.translate.terms import (
+from hydroservo.language.terms import (
     Assign,
+    Break,
     Call,
     Choice,
+    Continue,
     Conversion,
     Element,
     Expression,
@@ -126,9 +128,10 @@ class Needed:
                 case While(condition=condition, body=inner):
                     yield from self.names(condition)
                     yield from self.read(inner, names)
-                case For(count=count, body=inner):
-                    if isinstance(count, Expression):
-                        yield from self.names(count)
+                case For(start=start, stop=stop, body=inner):
+                    for end in (start, stop):
+                        if isinstance(end, Expression):
+                            yield from self.names(end)
                     yield from self.read(inner, names)
 
     def names(self, value: Expression) -> Iterator[str]:
@@ -169,7 +172,7 @@ class Needed:
 def matters(statement: Statement, names: set[str]) -> bool:
     """True if a statement returns, or gives a value to a local that matters."""
     match statement:
-        case Return():
+        case Return() | Break() | Continue():
             return True
         case Let(name=name) | Assign(name=name):
             return name in names

@@ -11,10 +11,10 @@ from hydroservo.export.c.layout import formatted
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.writer import Ends, NamedConstant, Writer
 from hydroservo.export.comments import comment, in_comment
-from hydroservo.export.names import identifier
-from hydroservo.export.translate.terms import Function, Matrix, Record, Table
 from hydroservo.export.unit import Part
 from hydroservo.field import Field
+from hydroservo.language.names import identifier
+from hydroservo.language.terms import Function, Matrix, Record, Table
 
 
 class Translation(NamedTuple):

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block, leaves, replace
 from hydroservo.errors import LoopError
-from hydroservo.export.names import place_in_c
 from hydroservo.export.parts import (
     Command,
     ExternalForce,
@@ -19,6 +18,7 @@ from hydroservo.export.parts import (
     with_its_substeps,
 )
 from hydroservo.export.unit import Part, Unit
+from hydroservo.language.names import place_in_c
 from hydroservo.loop import Loop, LoopState
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.run import Mode, plan_of, prepared, ready, studied, wanted_of

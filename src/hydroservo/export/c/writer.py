@@ -13,16 +13,19 @@ from hydroservo.errors import LoopError
 from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.liveness import Needed, matters
 from hydroservo.export.comments import comment, in_comment
-from hydroservo.export.names import identifier, numbered
-from hydroservo.export.translate.terms import (
+from hydroservo.field import Field
+from hydroservo.language.names import identifier, numbered
+from hydroservo.language.terms import (
     BOOL,
     INT,
     REAL,
     Assign,
+    Break,
     Call,
     Choice,
     Computed,
     Constant,
+    Continue,
     Conversion,
     Element,
     Expression,
@@ -45,7 +48,6 @@ from hydroservo.export.translate.terms import (
     While,
     Whole,
 )
-from hydroservo.field import Field
 
 ATOM, UNARY, PRODUCT, SUM, COMPARED, AND, OR, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
 LEVELS = {"*": PRODUCT, "/": PRODUCT, "+": SUM, "-": SUM, "&&": AND, "||": OR}
@@ -209,18 +211,25 @@ class Writer:
                 return [*lines, "} else {", *rest, "}"] if rest else [*lines, "}"]
             case While(condition=condition, body=body):
                 return [f"while ({self.value(condition)}) {{", *inner(body), "}"]
-            case For(name=name, count=count, body=body):
-                head = self.loop(name, count, name in self.needed.locals[function])
-                return [f"{head} {{", *inner(body), "}"]
+            case For(body=body):
+                return [f"{self.loop(one, one.name in self.needed.locals[function])} {{", *inner(body), "}"]
+            case Break():
+                return ["break;"]
+            case Continue():
+                return ["continue;"]
+        raise AssertionError(one)
 
-    def loop(self, name: str, count: Expression | Known, read: bool) -> str:
-        """The head of a loop that counts from 0; a number that nothing reads may be a short one."""
-        if isinstance(count, Expression):
-            kind, number = "int64_t", self.value(count)
-        else:
-            short = count.value < SHORT and not read
-            kind, number = ("int32_t" if short else "int64_t"), whole_literal(count.value)
-        return f"for ({kind} {name} = 0; {name} < {number}; {name}++)"
+    def loop(self, loop: For, read: bool) -> str:
+        """The head of a loop; a number that nothing reads may be a short one."""
+        ends = (loop.start, loop.stop)
+        short = not read and all(isinstance(end, Known) and abs(end.value) < SHORT for end in ends)
+        start, stop = (
+            self.value(end) if isinstance(end, Expression) else whole_literal(end.value) for end in ends
+        )
+        name, by = loop.name, loop.step.value
+        step = {1: f"{name}++", -1: f"{name}--"}.get(by, f"{name} {'+' if by > 0 else '-'}= {abs(by)}")
+        kind = "int32_t" if short else "int64_t"
+        return f"for ({kind} {name} = {start}; {name} {'<' if by > 0 else '>'} {stop}; {step})"
 
     def let(self, name: str, value: Expression) -> str:
         """A local that never changes; of a record that stays where it is, only its address."""
@@ -283,6 +292,7 @@ class Writer:
 
     def operation(self, sign: str, a: Expression, b: Expression) -> tuple[str, int]:
         """Operands with operators of their own stand in brackets, but for the left one of the same."""
+        sign = {"&": "&&", "|": "||"}.get(sign, sign)
         level = LEVELS.get(sign, COMPARED)
         left, binds = self.text(a)
         if a.type == INT and narrow(a) and narrow(b):

@@ -1,14 +1,16 @@
 """The functions that are no plain text of Python: bits of numbers, random words, arithmetic on states."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from hydroservo import states
+from hydroservo.engine import state_text
 from hydroservo.export import parts
-from hydroservo.export.c.primitives import bits, floats, linear, on_states
+from hydroservo.export.c.primitives import bits, floats, linear
 from hydroservo.export.c.primitives.infinite import infinite
 from hydroservo.export.c.primitives.random import drawn
-from hydroservo.export.translate.terms import Function, Translator, Type
+from hydroservo.language.terms import Function, Translator, Type
 from hydroservo.ops import basic, binary, random
 
 __all__ = ["WRITTEN"]
@@ -21,18 +23,14 @@ NUMBERS = {
     basic.isfinite: floats.ISFINITE,
     basic.isnan: floats.ISNAN,
     basic.sqrt: floats.SQRT,
+    math.fmod: floats.FMOD,
     binary.exponent: bits.EXPONENT,
     binary.mantissa: bits.MANTISSA,
     binary.scaled: bits.SCALED_NUMBER,
 }
 MADE = {
     random.drawn: drawn,
-    states.axpy: on_states.axpy,
-    states.scaled: on_states.scaled,
-    states.misses: on_states.misses,
-    states.miss: on_states.own_text(states.miss),
-    states.overlaid: on_states.overlaid,
-    states.nudge: on_states.own_text(states.nudge),
+    **state_text.TRANSLATED,
     states.factored: linear.factored,
     states.solved: linear.solved,
     parts.infinite: infinite,

@@ -1,7 +1,7 @@
 """The binary parts of a number, as in ``ops.binary``."""
 
 from hydroservo.export.c.primitives.formats import of_numbers
-from hydroservo.export.translate.terms import Function
+from hydroservo.language.terms import Function
 
 TYPES = {"number": "{f.real}", "bits": "{f.bits}"}
 

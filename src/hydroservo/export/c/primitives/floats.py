@@ -1,11 +1,12 @@
 """What math.h has, in the form that no compiler calls a library for, but for the square root."""
 
 from hydroservo.export.c.primitives.formats import of_numbers
-from hydroservo.export.translate.terms import BOOL, REAL, Function
+from hydroservo.language.terms import BOOL, REAL, Function
 
 # Functions of math.h that every compiler turns into instructions.
 ABSOLUTE = Function("fabs", [("x", REAL)])
 COPYSIGN = Function("copysign", [("x", REAL), ("y", REAL)])
+FMOD = Function("fmod", [("x", REAL), ("y", REAL)])  # exact, and so the same everywhere
 
 SQRT = of_numbers(
     "ops_sqrt",

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from hydroservo.export.c.writer import Writer
-from hydroservo.export.translate.terms import REAL, Function, Type
+from hydroservo.language.terms import REAL, Function, Type
 
 
 class Format(NamedTuple):

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from hydroservo.export.c.primitives.kinds import record_of
+from hydroservo.engine.state_text import record_of
 from hydroservo.export.c.writer import Writer
-from hydroservo.export.translate.terms import BOOL, Function, Translator, Type
+from hydroservo.language.terms import BOOL, Function, Translator, Type
 
 
 def infinite(translator: Translator, arguments: Sequence[Type]) -> Function:

@@ -2,21 +2,14 @@
 
 from collections.abc import Iterable, Iterator
 
-from hydroservo.export.names import identifier
-from hydroservo.export.translate.scope import TranslationError
-from hydroservo.export.translate.terms import Known, Record, Type
-
-
-def record_of(kind: Type) -> Record:
-    """A type as a record."""
-    if not isinstance(kind, Record):
-        raise TranslationError("arithmetic on states is translated to C for whole states, not for numbers")
-    return kind
+from hydroservo.language.names import identifier
+from hydroservo.language.scope import TranslationError
+from hydroservo.language.terms import Known, Record, Type
 
 
 def known_of(kind: Type) -> int:
     """A whole number that is part of the code."""
-    if not isinstance(kind, Known):
+    if not (isinstance(kind, Known) and isinstance(kind.value, int)):
         raise TranslationError("the kind of a random number is part of the code, not a signal")
     return kind.value
 

@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 
 from hydroservo import states
-from hydroservo.export.c.primitives.kinds import joined, leaf_places, record_of
+from hydroservo.engine.state_text import record_of
+from hydroservo.export.c.primitives.kinds import joined, leaf_places
 from hydroservo.export.c.writer import Writer
-from hydroservo.export.translate.terms import REAL, Function, Matrix, Translator, Type
+from hydroservo.language.terms import REAL, Function, Matrix, Translator, Type
 
 FACTORED = """\
 /* The matrix 1/h - J from forward differences, split into triangles; its diagonal holds reciprocals. */

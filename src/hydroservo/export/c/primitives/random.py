@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from hydroservo.export.c.primitives.kinds import known_of
 from hydroservo.export.c.writer import Writer
-from hydroservo.export.translate.terms import REAL, Function, Translator, Type
+from hydroservo.language.terms import REAL, Function, Translator, Type
 from hydroservo.ops import random
 
 WHOLE_TEXT = """\

@@ -1,6 +1,7 @@
-"""The terms that a block's method is translated into, before they are printed as C.
+"""The terms that a block's method is translated into, before they are printed as C or for LLVM.
 
-Every expression is pure: it has no effect but its value, so what nobody reads can be left out.
+Every expression is pure: it has no effect but its value, so what nobody reads can be left out. Memory, and
+arrays that are given at run time, are the engine's alone.
 """
 
 from collections.abc import Mapping, Sequence, Set
@@ -41,9 +42,9 @@ class Record:
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """A whole number or truth value that is part of the code: both a value and its own type."""
+    """A whole number, truth value or None that is part of the code: both a value and its own type."""
 
-    value: int
+    value: Any
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Known) and self.key() == other.key()
@@ -51,7 +52,7 @@ class Known:
     def __hash__(self) -> int:
         return hash(self.key())
 
-    def key(self) -> tuple[type, int]:
+    def key(self) -> tuple[type, Any]:
         """1 and True are not the same here."""
         return type(self.value), self.value
 
@@ -71,7 +72,22 @@ class Matrix:
     size: int
 
 
-Type = Scalar | Record | Known | Table | Matrix
+@dataclass(frozen=True)
+class Memory:
+    """Numbers of one type from an address on, of which nobody knows the end."""
+
+    element: Scalar
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array of floats with so many axes, whose address and lengths are given at run time."""
+
+    axes: int
+
+
+Type = Scalar | Record | Known | Table | Matrix | Memory | Array
+NOTHING = Known(None)  # what a function returns that returns nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +115,7 @@ class Several:
 
 @dataclass(frozen=True, eq=False)
 class Expression:
-    """A value in C."""
+    """A value at run time."""
 
     type: Type
 
@@ -152,6 +168,30 @@ class Element(Expression):
 
 
 @dataclass(frozen=True, eq=False)
+class Load(Expression):
+    """The number at an index of a memory or an array; of an array, counted row by row."""
+
+    memory: Expression
+    index: Any  # an Expression or Known
+
+
+@dataclass(frozen=True, eq=False)
+class Length(Expression):
+    """The length of an axis of an array."""
+
+    array: Expression
+    axis: int
+
+
+@dataclass(frozen=True, eq=False)
+class View(Expression):
+    """The array at an address."""
+
+    address: Expression
+    lengths: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Unary(Expression):
     """-a or !a."""
 
@@ -161,7 +201,7 @@ class Unary(Expression):
 
 @dataclass(frozen=True, eq=False)
 class Operation(Expression):
-    """a op b, C's operator."""
+    """a op b, C's operator; of truth values, & and | compute both."""
 
     operator: str
     a: Expression
@@ -170,16 +210,21 @@ class Operation(Expression):
 
 @dataclass(frozen=True, eq=False)
 class Choice(Expression):
-    """a if the condition holds, else b."""
+    """a if the condition holds, else b.
+
+    Attributes:
+        both: Python computes both values.
+    """
 
     condition: Expression
     a: Expression
     b: Expression
+    both: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Conversion(Expression):
-    """A whole number as a real one."""
+    """A whole number as a real one, or a real one without what is behind its point."""
 
     a: Expression
 
@@ -226,10 +271,43 @@ class Assign:
 
 
 @dataclass(eq=False)
+class Store:
+    """A new number at an index of a memory."""
+
+    memory: Expression
+    index: Any  # an Expression or Known
+    value: Expression
+
+
+@dataclass(eq=False)
+class Do:
+    """A call for what it does."""
+
+    call: Call
+
+
+@dataclass(eq=False)
+class Require:
+    """An exception unless a condition holds."""
+
+    condition: Expression
+
+
+@dataclass(eq=False)
 class Return:
     """The end of a function."""
 
     value: Expression
+
+
+@dataclass(eq=False)
+class Break:
+    """The end of a loop."""
+
+
+@dataclass(eq=False)
+class Continue:
+    """The end of a loop's turn."""
 
 
 @dataclass(eq=False)
@@ -251,22 +329,24 @@ class While:
 
 @dataclass(eq=False)
 class For:
-    """Statements for each whole number from 0 to count - 1."""
+    """Statements for each whole number from one on, in steps, before another one."""
 
     name: str
-    count: Any  # an Expression or Known
+    start: Any  # an Expression or Known, as the others
+    stop: Any
+    step: Any
     body: list["Statement"]
 
 
-Statement = Let | Assign | Return | If | While | For
+Statement = Let | Assign | Store | Do | Require | Return | Break | Continue | If | While | For
 
 
 @dataclass(eq=False)
 class Function:
-    """A function in C.
+    """A function for arguments of certain types.
 
     Attributes:
-        name: in C.
+        name: its own in C.
         parameters: the name and type of each.
         origin: the Python function.
         owner: the class whose method it is.

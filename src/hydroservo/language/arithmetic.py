@@ -1,13 +1,14 @@
-"""Translates operators: what is known while translating is computed, all else becomes an operation in C."""
+"""Translates operators: what is known while translating is computed, all else becomes an operation."""
 
 import ast
 import operator
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from hydroservo.export.translate.ranges import LARGEST, LARGEST_REAL
-from hydroservo.export.translate.scope import WAY_OUT, Scope, TranslationError, Value, whole
-from hydroservo.export.translate.terms import (
+from hydroservo.language import remainders
+from hydroservo.language.ranges import LARGEST, LARGEST_REAL
+from hydroservo.language.scope import WAY_OUT, Scope, TranslationError, Value, whole
+from hydroservo.language.terms import (
     BOOL,
     INT,
     REAL,
@@ -18,8 +19,12 @@ from hydroservo.export.translate.terms import (
     Function,
     Known,
     Literal,
+    Make,
     Member,
     Operation,
+    Several,
+    Translator,
+    Type,
     Unary,
     Variable,
     Whole,
@@ -37,8 +42,11 @@ FOLDED: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.RShift: operator.rshift,
     ast.BitAnd: operator.and_,
     ast.BitOr: operator.or_,
+    ast.BitXor: operator.xor,
     ast.Pow: operator.pow,
 }
+BITS: dict[type, str] = {ast.BitAnd: "&", ast.BitOr: "|", ast.BitXor: "^", ast.LShift: "<<", ast.RShift: ">>"}
+LOGIC = {"&": "&", "|": "|", "^": "!="}  # of truth values
 MOST_BITS = 64  # that a shift or power of known numbers may reach, lest it fill the memory
 COMPARISONS: dict[type[ast.cmpop], tuple[str, Callable[[Any, Any], bool]]] = {
     ast.Lt: ("<", operator.lt),
@@ -54,65 +62,89 @@ static int64_t ops_quotient(int64_t a, int64_t b) {
     return ((a % b) < 0) ? ((a / b) - 1) : (a / b);
 }
 """
-QUOTIENT = Function("ops_quotient", [("a", INT), ("b", INT)], returns=INT, written=lambda _: QUOTIENT_TEXT)
+MODULO_TEXT = """\
+/* a - b floor(a/b), for b > 0. */
+static int64_t ops_modulo(int64_t a, int64_t b) {
+    return ((a % b) < 0) ? ((a % b) + b) : (a % b);
+}
+"""
+PAIR: list[tuple[str, Type]] = [("a", INT), ("b", INT)]
+QUOTIENT = Function("ops_quotient", PAIR, returns=INT, written=lambda _: QUOTIENT_TEXT)
+MODULO = Function("ops_modulo", PAIR, returns=INT, written=lambda _: MODULO_TEXT)
+DIVISIONS: dict[type, Function] = {ast.FloorDiv: QUOTIENT, ast.Mod: MODULO}
+REMAINDERS: dict[type, Any] = {ast.FloorDiv: remainders.floor_quotient, ast.Mod: remainders.modulo}
 
 
 class Arithmetic:
     """The operators of one function.
 
-    Every method raises :class:`TranslationError` where C has no equal.
+    Every method raises :class:`TranslationError` for what is not in the language.
     """
 
-    def __init__(self, scope: Scope) -> None:
-        self.scope = scope
+    def __init__(self, translator: Translator, scope: Scope) -> None:
+        self.translator, self.scope = translator, scope
 
     def binary(self, op: ast.operator, a: Value, b: Value, node: ast.AST) -> Value:
         """a op b."""
         if isinstance(a, Known) and isinstance(b, Known):
             return self.folded(op, a, b, node)
-        if isinstance(op, ast.FloorDiv) and self.whole(a) and isinstance(b, Known) and b.value > 0:
-            return Call(INT, QUOTIENT, (self.integer(a, node), self.integer(b, node)))
-        if not isinstance(op, ast.Div) and self.whole(a) and self.whole(b):
+        if isinstance(op, ast.Pow) and isinstance(a, Known | Literal) and isinstance(b, Known | Literal):
+            return self.folded(op, a, b, node)
+        if type(op) in BITS and is_truth(a) and is_truth(b) and BITS[type(op)] in LOGIC:
+            return Operation(BOOL, LOGIC[BITS[type(op)]], self.truth(a), self.truth(b))
+        if self.whole(a) and self.whole(b) and not isinstance(op, ast.Div):
             return self.whole_numbers(op, a, b, node)
+        if type(op) in REMAINDERS:
+            function = self.translator.function(REMAINDERS[type(op)], [REAL, REAL])
+            return Call(REAL, function, (self.real(a, node), self.real(b, node)), ast.unparse(node))
         if type(op) not in SIGNS:
-            way_out = {ast.Pow: "write x * x, or use ops.power", ast.FloorDiv: "use ops.floor(a / b)"}
-            way_out[ast.Mod] = "use a - b * ops.floor(a / b)"
+            way_out = "write x * x, or use ops.power" if isinstance(op, ast.Pow) else WAY_OUT
             text = ast.unparse(ast.BinOp(ast.Name("a"), op, ast.Name("b")))
-            raise self.error(f"{text} of floats has no equal in C", node, way_out.get(type(op)))
+            raise self.error(f"{text} of floats is not supported", node, way_out)
         return Operation(REAL, SIGNS[type(op)], self.real(a, node), self.real(b, node))
 
-    def folded(self, op: ast.operator, a: Known, b: Known, node: ast.AST) -> Value:
+    def folded(self, op: ast.operator, a: Known | Literal, b: Known | Literal, node: ast.AST) -> Value:
         """An operation of numbers that are both known."""
         if isinstance(op, (ast.Pow, ast.LShift)) and abs(b.value) > MOST_BITS:
             raise self.error(f"a number of more than {MOST_BITS} bits", node)
         try:
             found = FOLDED[type(op)](a.value, b.value)
-        except (KeyError, ArithmeticError, ValueError) as error:
-            raise self.error(f"{ast.unparse(node)!r} has no equal in C: {error}", node) from None
+        except (KeyError, ArithmeticError, TypeError, ValueError) as error:
+            raise self.error(f"{ast.unparse(node)!r} is not supported: {error}", node) from None
         return Known(found) if isinstance(found, int) else Literal(REAL, float(found))
 
     def whole_numbers(self, op: ast.operator, a: Value, b: Value, node: ast.AST) -> Expression:
-        """An operation of whole numbers that are not both known; they have 64 bits in C."""
-        if type(op) not in SIGNS:
-            raise self.error("this operation on whole numbers has no equal in C", node)
-        found = Operation(INT, SIGNS[type(op)], self.integer(a, node), self.integer(b, node))
+        """An operation of whole numbers that are not both known; they have 64 bits at run time."""
+        first, second = self.integer(a, node), self.integer(b, node)
+        house, known = self.scope.house, isinstance(b, Known) and b.value > 0
+        if type(op) in DIVISIONS and (house or known):
+            return Call(INT, DIVISIONS[type(op)], (first, second), ast.unparse(node))
+        sign = SIGNS.get(type(op)) or (BITS.get(type(op)) if house else None)
+        if sign is None:
+            way_out = (
+                "divide by a whole number that is written out" if type(op) in DIVISIONS else "use floats"
+            )
+            raise self.error("this operation on whole numbers is not supported", node, way_out)
+        found = Operation(INT, sign, first, second)
         self.scope.limit(found, LARGEST, node)
         return found
 
     def negative(self, value: Value, node: ast.AST) -> Value:
         """-a."""
-        if isinstance(value, Known):
+        if isinstance(value, Known) and is_number(value):
             return Known(-value.value)
         if isinstance(value, Literal):
             return Literal(REAL, -value.value)
         if isinstance(value, Expression) and value.type in (REAL, INT):
             return Unary(value.type, "-", value)
-        raise self.error(f"{ast.unparse(node)!r} has no equal in C", node)
+        raise self.error(f"{ast.unparse(node)!r} is not supported", node)
 
     def comparison(self, a: Value, op: ast.cmpop, b: Value, node: ast.AST) -> Expression | Known:
         """a < b and its like."""
+        if isinstance(op, (ast.Is, ast.IsNot)):
+            return Known(self.identical(a, b, node) is isinstance(op, ast.Is))
         if type(op) not in COMPARISONS:
-            raise self.error("this comparison has no equal in C", node)
+            raise self.error("this comparison is not supported", node)
         sign, compare = COMPARISONS[type(op)]
         if isinstance(a, Known) and isinstance(b, Known):
             return Known(compare(a.value, b.value))
@@ -121,6 +153,14 @@ class Arithmetic:
             same = equal(first, second)  # which C compilers complain of
             return Known(compare(0, 0)) if same else Operation(BOOL, sign, first, second)
         return Operation(BOOL, sign, self.real(a, node), self.real(b, node))
+
+    def identical(self, a: Value, b: Value, node: ast.AST) -> bool:
+        """Whether one of two values is None as the other one is."""
+        if Known(None) not in (a, b):
+            raise self.error(
+                "whether two values are one object is not known", node, "compare with None alone"
+            )
+        return a == b
 
     def joined(self, sign: str, conditions: Sequence[Expression | Known]) -> Expression | Known:
         """Truth values joined by && or ||; the known ones decide or are left out."""
@@ -139,10 +179,12 @@ class Arithmetic:
         """not a."""
         return Known(not condition.value) if isinstance(condition, Known) else Unary(BOOL, "!", condition)
 
-    def choice(self, condition: Expression, a: Value, b: Value, node: ast.AST) -> Expression:
+    def choice(
+        self, condition: Expression, a: Value, b: Value, node: ast.AST, both: bool = False
+    ) -> Expression:
         """a if the condition holds, else b."""
         first, second = self.alike(a, b, node)
-        return Choice(first.type, condition, first, second)
+        return Choice(first.type, condition, first, second, both)
 
     def alike(self, a: Value, b: Value, node: ast.AST) -> tuple[Expression, Expression]:
         """Two values of one type."""
@@ -156,18 +198,27 @@ class Arithmetic:
         return first, second
 
     def whole(self, value: Value) -> bool:
-        """True for a whole number."""
-        return isinstance(value, Known) or (isinstance(value, Expression) and value.type == INT)
+        """True for a whole number or a truth value."""
+        if isinstance(value, Known):
+            return is_number(value)
+        return isinstance(value, Expression) and value.type in (INT, BOOL)
 
     def integer(self, value: Value, node: ast.AST) -> Expression:
-        """A whole number in C."""
+        """A whole number at run time, of a truth value 1 or 0."""
         if isinstance(value, Known):
             return self.runtime(Known(int(value.value)), node)
+        if isinstance(value, Expression) and value.type == BOOL:
+            return Choice(INT, value, Whole(INT, 1), Whole(INT, 0))
         return self.runtime(value, node)
 
+    def truth(self, value: Value) -> Expression:
+        """A truth value at run time."""
+        assert isinstance(value, (Known, Expression))
+        return Whole(BOOL, value.value) if isinstance(value, Known) else value
+
     def real(self, value: Value, node: ast.AST) -> Expression:
-        """A real number in C."""
-        if isinstance(value, Known) and not isinstance(value.value, bool):
+        """A real number at run time, of a truth value 1 or 0."""
+        if isinstance(value, Known) and is_number(value):
             if abs(value.value) > LARGEST_REAL and not exact(value.value):
                 raise self.error(f"no float holds {value.value}", node, "write it as a float")
             return Literal(REAL, float(value.value))
@@ -176,23 +227,47 @@ class Arithmetic:
         if isinstance(value, Expression) and value.type == INT:
             self.scope.limit(value, LARGEST_REAL, node)
             return Conversion(REAL, value)
-        if isinstance(value, Known) or (isinstance(value, Expression) and value.type == BOOL):
-            raise self.error("a truth value is not a number in C", node, "use ops.where(condition, 1.0, 0.0)")
+        if isinstance(value, Expression) and value.type == BOOL:
+            return Choice(REAL, value, Literal(REAL, 1.0), Literal(REAL, 0.0))
         raise self.error("a number is needed here", node, "take one number of it")
 
     def runtime(self, value: Value, node: ast.AST) -> Expression:
-        """A value in C."""
+        """A value at run time; several are a record."""
         if isinstance(value, Expression):
             return value
+        if isinstance(value, Several):
+            return self.gathered(value, node)
         if isinstance(value, Known):
             try:
                 return whole(value)
             except TranslationError as error:
                 raise self.error(str(error), node, "write it as a float") from None
-        raise self.error("this is not a value in C", node)
+        raise self.error("this is not a number, a block or several of them", node)
+
+    def gathered(self, several: Several, node: ast.AST) -> Make:
+        """Several values as one record."""
+        values = {
+            name: self.runtime(item, node) for name, item in zip(several.names, several.items, strict=True)
+        }
+        for value in values.values():
+            self.scope.limit(value, LARGEST_REAL, node)
+        kinds = {name: value.type for name, value in values.items()}
+        return Make(self.translator.record(None, kinds, f"{self.scope.function.name}_values"), values)
 
     def error(self, problem: str, node: ast.AST, way_out: str | None = None) -> TranslationError:
         return self.scope.error(problem, node, WAY_OUT if way_out is None else way_out)
+
+
+def is_number(value: Known) -> bool:
+    """True for a whole number or a truth value, not for None."""
+    return isinstance(value.value, int)
+
+
+def is_truth(value: Value) -> bool:
+    """True for a truth value, known or not."""
+    if isinstance(value, Known):
+        return isinstance(value.value, bool)
+    return isinstance(value, Expression) and value.type == BOOL
 
 
 def equal(a: Expression, b: Expression) -> bool:

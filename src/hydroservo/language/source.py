@@ -1,19 +1,22 @@
 """The text of a function as a tree: that which was loaded, word for word."""
 
 import ast
+import inspect
 import linecache
+from collections import namedtuple
 from collections.abc import Iterator
 from functools import cache
 from itertools import chain
 from types import CodeType, FunctionType
-from typing import Any, NamedTuple
+from typing import Any
 
 from hydroservo import ops
-from hydroservo.engine.lower.values import LoweringError
 
 Place = tuple[int, str]  # the first line of a function, and its name
 
 NOTHING: tuple[Any, list[CodeType]] = (None, [])
+INHERITED = {"_asdict", "_make", "_replace"}  # what every NamedTuple class has
+PLAIN_FIELD = type(namedtuple("Plain", "field").field)  # type: ignore[attr-defined]
 UNIFORM, NORMAL = "uniform(seed, stream, index)", "normal(seed, stream, index)"
 SAME = {  # functions of Python and numpy, by the name of their equal in ops
     "abs": "absolute",
@@ -44,36 +47,39 @@ OTHERS = {"interp": TABLE} | dict.fromkeys(
 )
 
 
-class Definition(NamedTuple):
-    """A function as it is defined."""
-
-    node: ast.FunctionDef | ast.Lambda
-    arguments: ast.arguments
-    body: list[ast.stmt]
-    local: frozenset[str]  # names that are its own
+class DoubtError(Exception):
+    """Why a function cannot be read from its text."""
 
 
-KNOWN: dict[CodeType, Definition] = {}
+KNOWN: dict[CodeType, ast.FunctionDef] = {}
 
 
-def definition_of(function: FunctionType) -> Definition:
-    """The definition of a function."""
+def definition(function: FunctionType) -> ast.FunctionDef:
+    """A function's syntax tree, with the lines of its file.
+
+    A method that was replaced, a decorator's wrapper or a file that changed in between are never taken for
+    another: the tree's text gives the very code that runs.
+    """
+    if changed := {"__wrapped__", "__signature__"} & vars(function).keys():
+        raise DoubtError(f"a decorator gave it {min(changed)}, which hides what runs")
     code = function.__code__
     if code not in KNOWN:
-        KNOWN[code] = found_definition(function, code)
+        KNOWN[code] = loaded_definition(function, code)
     return KNOWN[code]
 
 
-def found_definition(function: FunctionType, code: CodeType) -> Definition:
+def loaded_definition(function: FunctionType, code: CodeType) -> ast.FunctionDef:
     file = code.co_filename
     for in_cell in (False, True):
-        found = functions_in(file, "".join(linecache.getlines(file, function.__globals__)), in_cell)
-        node, loaded = found.get((code.co_firstlineno, code.co_name), NOTHING)
+        functions = functions_in(file, "".join(linecache.getlines(file, function.__globals__)), in_cell)
+        node, loaded = functions.get((code.co_firstlineno, code.co_name), NOTHING)
         if content(code) in map(content, loaded):
-            body = [ast.Return(node.body, lineno=node.lineno)] if isinstance(node, ast.Lambda) else node.body
-            return Definition(node, node.args, body, frozenset(code.co_varnames + code.co_cellvars))
+            if isinstance(node, ast.Lambda):
+                raise DoubtError("it is a lambda")
+            tree: ast.FunctionDef = node
+            return tree
         linecache.checkcache(file)
-    raise LoweringError(f"the text of {function.__name__} in {file} is not the code that runs")
+    raise DoubtError(f"the text of {function.__name__} in {file} is not the code that runs")
 
 
 @cache
@@ -114,24 +120,6 @@ def content(code: CodeType) -> tuple[Any, ...]:
     return code.co_code, repr(constants), code.co_names, arguments
 
 
-@cache
-def assigned(loop: ast.For | ast.While) -> tuple[str, ...]:
-    """The names that a loop gives new values."""
-    return tuple(dict.fromkeys(node.id for node in names_in(loop) if isinstance(node.ctx, ast.Store)))
-
-
-@cache
-def read_after(loop: ast.For | ast.While, body: tuple[ast.stmt, ...]) -> frozenset[str]:
-    """The names that a function reads after a loop in its body."""
-    end = loop.end_lineno or loop.lineno
-    nodes = (node for statement in body for node in names_in(statement))
-    return frozenset(node.id for node in nodes if node.lineno > end and isinstance(node.ctx, ast.Load))
-
-
-def names_in(tree: ast.AST) -> Iterator[ast.Name]:
-    return (node for node in ast.walk(tree) if isinstance(node, ast.Name))
-
-
 def hint_for(called: Any) -> str:
     """What to write instead of a function; "" where nothing serves."""
     name = str(getattr(called, "__name__", ""))
@@ -139,3 +127,30 @@ def hint_for(called: Any) -> str:
     if same.partition("(")[0] in ops.__all__:
         return f"use ops.{same}"
     return OTHERS.get(name, "")
+
+
+def own_method(cls: type, name: str) -> FunctionType:
+    """A method that a record's class has itself."""
+    found = vars(cls).get(name)
+    if isinstance(found, FunctionType) and name not in INHERITED:
+        return found
+    if not hasattr(cls, name):
+        raise DoubtError(f"{cls.__name__} has no method {name}")
+    what = "inherited" if found is None or name in INHERITED else type(found).__name__
+    raise DoubtError(f"{name} of {cls.__name__} is not a method of its own ({what})")
+
+
+def changed_class(cls: type) -> str:
+    """What a record's class does otherwise than a NamedTuple; "" for nothing.
+
+    A class that derives from another record may hide its fields behind values of its own, and compute in
+    ``__new__``; neither can be seen where a field is read or a record made.
+    """
+    if "__getattribute__" in vars(cls) or "__getattr__" in vars(cls):
+        return "its own way to read attributes"
+    made = getattr(cls.__new__, "__globals__", {}).get("__name__", "")
+    if not str(made).startswith("namedtuple_"):
+        return "its own __new__"
+    fields: tuple[str, ...] = getattr(cls, "_fields", ())
+    hidden = [name for name in fields if type(inspect.getattr_static(cls, name)) is not PLAIN_FIELD]
+    return f"something else in place of its field {hidden[0]}" if hidden else ""

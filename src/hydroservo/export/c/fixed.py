@@ -11,8 +11,8 @@ from dataclasses import fields, replace
 from functools import partial
 from typing import Any
 
-from hydroservo.export.translate.calls import is_op
-from hydroservo.export.translate.terms import (
+from hydroservo.language.calls import is_op
+from hydroservo.language.terms import (
     REAL,
     Assign,
     Call,
@@ -121,6 +121,8 @@ class Values:
 
     def value(self, one: Any, names: Mapping[str, Any]) -> Any:
         """A value, or that it varies; the calls in it are visited."""
+        if one is None:
+            return VARIES
         parts = [self.value(part, names) for part in parts_of(one)]
         value: Any = VARIES
         match one:
@@ -184,14 +186,14 @@ class Values:
 
 
 def value_in(statement: Statement) -> Any:
-    """The value in a statement."""
+    """The value in a statement; None where it has none."""
     match statement:
         case Let(value=value) | Assign(value=value) | Return(value=value):
             return value
         case If(condition=condition) | While(condition=condition):
             return condition
-        case For(count=count):
-            return count
+        case For(stop=stop):
+            return stop
 
 
 def bodies(statement: Statement) -> Iterator[list[Statement]]:
@@ -241,7 +243,10 @@ def called_in(one: Any) -> Iterator[Function]:
 def result(function: Function, values: Sequence[Any]) -> Any:
     """What a function gives in Python, where that is a number and C is given each of its arguments."""
     origin = function.origin
-    if function.returns != REAL or origin is None or origin.__code__.co_argcount != len(values):
+    if function.returns != REAL or origin is None:
+        return VARIES
+    code = getattr(origin, "__code__", None)
+    if code is not None and code.co_argcount != len(values):
         return VARIES
     return applied(origin, values)
 

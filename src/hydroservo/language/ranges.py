@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from hydroservo.export.translate.terms import (
+from hydroservo.language.terms import (
     INT,
     Assign,
     Call,
@@ -20,6 +20,7 @@ from hydroservo.export.translate.terms import (
     Function,
     If,
     Known,
+    Length,
     Let,
     Operation,
     Statement,
@@ -32,8 +33,9 @@ from hydroservo.export.translate.terms import (
 LARGEST = 2**63 - 1
 LARGEST_REAL = 2**53  # up to here a float holds every whole number; results and fields stay within
 PASSED = 2**40  # what arguments stay within
+LONGEST = 2**24  # of an axis of an array
 TURNS = 2**40  # no step does anything as often: it would take an hour
-QUOTIENT = "ops_quotient"  # a // b in C
+QUOTIENT, MODULO = "ops_quotient", "ops_modulo"  # a // b and a % b in C
 ENDLESS = 2**256  # stands for what has no bound
 
 Interval = tuple[int, int]
@@ -50,7 +52,7 @@ class Assigned(NamedTuple):
     """A value of a local that changes, and the counts of the loops around; None is a while."""
 
     value: Expression
-    loops: tuple[Expression | Known | None, ...]
+    loops: tuple[For | None, ...]
 
 
 class Ranges:
@@ -63,13 +65,13 @@ class Ranges:
     def __init__(self, function: Function) -> None:
         self.parameters = {name for name, kind in function.parameters if kind == INT}
         self.values: dict[str, Expression] = {}
-        self.counts: dict[str, list[Expression | Known]] = {}
+        self.counts: dict[str, list[For]] = {}
         self.assigned: dict[str, list[Assigned]] = {}
         self.bounds: dict[str, int] = {}
         self.pending: set[str] = set()
         self.gather(function.body, ())
 
-    def gather(self, body: Sequence[Statement], loops: tuple[Expression | Known | None, ...]) -> None:
+    def gather(self, body: Sequence[Statement], loops: tuple[For | None, ...]) -> None:
         for one in body:
             match one:
                 case Let(name=name, value=value) if value.type == INT:
@@ -81,9 +83,9 @@ class Ranges:
                     self.gather(otherwise, loops)
                 case While(body=inner):
                     self.gather(inner, (*loops, None))
-                case For(name=name, count=count, body=inner):
-                    self.counts.setdefault(name, []).append(count)
-                    self.gather(inner, (*loops, count))
+                case For(name=name, body=inner):
+                    self.counts.setdefault(name, []).append(one)
+                    self.gather(inner, (*loops, one))
 
     def interval(self, value: Expression | Known) -> Interval:
         """The least and the largest number that a value may be."""
@@ -93,6 +95,8 @@ class Ranges:
         match value:
             case Variable(name=name):
                 found = self.of_local(name)
+            case Length():
+                found = 0, LONGEST
             case Unary(a=a):
                 found = computed("-", (0, 0), self.interval(a))
             case Operation(operator=sign, a=a, b=b):
@@ -101,17 +105,26 @@ class Ranges:
                 found = hull([self.interval(a), self.interval(b)])
             case Call(function=function, arguments=(a, Whole(value=by))) if function.name == QUOTIENT:
                 found = self.interval(a)[0] // by, self.interval(a)[1] // by
+            case Call(function=function, arguments=(_, Whole(value=by))) if function.name == MODULO:
+                found = 0, by - 1
         return found
 
     def of_local(self, name: str) -> Interval:
         if name in self.values:
             return self.interval(self.values[name])
         if name in self.counts:
-            return 0, max(0, *(self.interval(count)[1] - 1 for count in self.counts[name]))
+            return hull([self.of_counter(one) for one in self.counts[name]])
         if name in self.parameters:
             return -PASSED, PASSED
         bound = self.bound(name)
         return -bound, bound
+
+    def of_counter(self, loop: For) -> Interval:
+        """The interval of a loop's number while its statements run."""
+        start, stop, step = map(self.interval, (loop.start, loop.stop, loop.step))
+        if step[0] > 0:
+            return start[0], max(start[0], stop[1] - 1)
+        return min(start[1], stop[0] + 1), start[1]
 
     # locals that change
 
@@ -141,13 +154,20 @@ class Ranges:
             return ENDLESS
         return min(ENDLESS, math.ceil(factor**turns * (first + turns * more))) if turns else math.ceil(first)
 
-    def turns(self, loops: Sequence[Expression | Known | None], group: set[str]) -> int:
+    def turns(self, loops: Sequence[For | None], group: set[str]) -> int:
         """How often a statement in some loops is run at most."""
         total = 1
-        for count in loops:
-            known = count is not None and not (isinstance(count, Expression) and self.depends(count, group))
-            total *= max(0, self.interval(count)[1]) if known and count is not None else TURNS
+        for loop in loops:
+            ends = () if loop is None else (loop.start, loop.stop)
+            known = ends and not any(isinstance(one, Expression) and self.depends(one, group) for one in ends)
+            total *= self.turns_of(loop) if known and loop is not None else TURNS
         return min(TURNS, total)
+
+    def turns_of(self, loop: For) -> int:
+        """How many turns a loop takes at most."""
+        start, stop, step = map(self.interval, (loop.start, loop.stop, loop.step))
+        way = stop[1] - start[0] if step[0] > 0 else start[1] - stop[0]
+        return max(0, -(-way // min(map(abs, step))))
 
     def growth(self, value: Expression | Known, group: set[str]) -> Growth:
         """What a value is at most, of the largest in a group."""
@@ -158,7 +178,9 @@ class Ranges:
             case Variable(name=name) if name in self.values:
                 found = self.growth(self.values[name], group)
             case Variable(name=name) if name in self.counts:
-                found = largest([self.growth(count, group) for count in self.counts[name]])
+                found = largest(
+                    [self.growth(end, group) for one in self.counts[name] for end in (one.start, one.stop)]
+                )
             case Variable():
                 found = Growth(Fraction(1), Fraction(0))
             case Unary(a=a):
@@ -167,7 +189,7 @@ class Ranges:
                 found = grown(sign, self.growth(a, group), self.growth(b, group))
             case Choice(a=a, b=b):
                 found = largest([self.growth(a, group), self.growth(b, group)])
-            case Call(arguments=(a, Whole(value=by))):
+            case Call(function=function, arguments=(a, Whole(value=by))) if function.name == QUOTIENT:
                 inner = self.growth(a, group)
                 found = Growth(inner.factor / by, inner.more / by + 1)
         return found
@@ -194,7 +216,8 @@ class Ranges:
             if not isinstance(one, Variable) or one.name in seen:
                 continue
             seen.add(one.name)
-            inner = [self.values[one.name]] if one.name in self.values else self.counts.get(one.name, [])
+            ends = (end for loop in self.counts.get(one.name, []) for end in (loop.start, loop.stop))
+            inner = [self.values[one.name]] if one.name in self.values else list(ends)
             for other in inner:
                 if isinstance(other, Expression):
                     found |= self.locals_in(other, seen)

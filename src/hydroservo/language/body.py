@@ -4,54 +4,64 @@ import ast
 from collections.abc import Sequence
 from types import FunctionType
 
-from hydroservo.export.names import identifier, snake
-from hydroservo.export.translate.bindings import Binding, parameters
-from hydroservo.export.translate.calls import is_op
-from hydroservo.export.translate.expressions import Expressions
-from hydroservo.export.translate.ranges import LARGEST_REAL
-from hydroservo.export.translate.scope import Scope, Value
-from hydroservo.export.translate.terms import (
+from hydroservo.language.bindings import Binding, parameters
+from hydroservo.language.calls import is_op
+from hydroservo.language.expressions import Expressions
+from hydroservo.language.names import identifier, snake
+from hydroservo.language.ranges import LARGEST_REAL
+from hydroservo.language.scope import Scope, TranslationError, Value
+from hydroservo.language.terms import (
+    BOOL,
     INT,
+    REAL,
     Bound,
+    Break,
+    Call,
     Constant,
+    Continue,
+    Do,
     Expression,
     For,
     Function,
     If,
     Known,
     Literal,
-    Make,
+    Load,
     Python,
     Record,
     Return,
     Several,
     Statement,
+    Store,
     Translator,
     Type,
+    Unary,
     Variable,
     While,
+    Whole,
 )
 
 
 class Body:
     """The translation of one Python function for arguments of given types.
 
-    Every method raises :class:`TranslationError` where C has no equal.
+    Every method raises :class:`TranslationError` for what is not in the language.
     """
 
     def __init__(
         self, translator: Translator, origin: FunctionType, arguments: Sequence[Type], owner: type | None
     ) -> None:
-        module = origin.__module__.rpartition(".")[2]
+        module = f"{origin.__module__}".rpartition(".")[2]
         prefix = own_prefix(owner) if owner else ("ops" if is_op(origin) else module)
         name = translator.function_name(f"{prefix}_{identifier(origin.__name__)}")
         self.translator = translator
         self.scope = Scope(origin, name, owner, translator.local_name)
         self.expressions = Expressions(translator, self.scope)
         self.returned: list[tuple[Type, ast.AST]] = []
+        self.loops: list[list[set[str]]] = []  # of each loop, what has a value at each end that is asked for
         tree = self.scope.tree
-        if tree.args.vararg or tree.args.kwarg or tree.args.kwonlyargs:
-            raise self.scope.error("arguments with * cannot be translated to C", tree)
+        if tree.args.vararg or tree.args.kwarg:
+            raise self.scope.error("arguments with * are not supported", tree)
         taken = parameters(tree)
         if len(taken) != len(arguments):
             problem = f"it takes {len(taken)} arguments, and is given {len(arguments)}"
@@ -60,14 +70,25 @@ class Body:
             self.scope.parameter(argument.arg, kind)
 
     def translated(self) -> Function:
+        try:
+            return self.checked()
+        except TranslationError as error:
+            error.places.append(self.scope.place)
+            raise
+
+    def checked(self) -> Function:
         tree, error = self.scope.tree, self.scope.error
         try:
             ends = self.statements(tree.body)
         except RecursionError:
             raise error("its text is nested too deep", tree, "name parts of it") from None
-        if not ends:
+        if not ends and not self.scope.engine:
             raise error("it can end without a return", tree, "let every path return a value")
+        if not ends:
+            self.returns(ast.Constant(None), tree)
         kinds = {kind for kind, _ in self.returned}
+        if not kinds:
+            raise error("it never returns", tree, "let every path return a value")
         if len(kinds) > 1:
             raise error("its returns have different types", self.returned[-1][1], "return one type")
         self.scope.function.returns = kinds.pop()
@@ -79,6 +100,7 @@ class Body:
         return any(self.statement(node) for node in nodes)  # what stands behind a return is not reached
 
     def statement(self, node: ast.stmt) -> bool:
+        self.scope.line = node.lineno
         match node:
             case ast.Expr(value=ast.Constant()) | ast.Pass():
                 return False
@@ -94,37 +116,58 @@ class Body:
             case ast.AugAssign(target=ast.Name(id=name) as target, op=op, value=value):
                 before, change = self.expressions.named(name, node), self.expressions.expression(value)
                 self.assigns([target], self.expressions.arithmetic.binary(op, before, change, node), node)
+            case ast.AugAssign(target=ast.Subscript() as target, op=op, value=value):
+                change = self.expressions.expression(value)
+                before = self.expressions.expression(target)
+                self.stores(target, self.expressions.arithmetic.binary(op, before, change, node), node)
             case ast.If():
                 return self.branches(node)
+            case ast.Expr(value=ast.Call() as value) if self.scope.engine:
+                call = self.expressions.expression(value)
+                if isinstance(call, Call):
+                    self.scope.block.append(Do(call))
             case ast.Expr(value=value):
                 raise self.scope.error(f"{ast.unparse(value)!r} does nothing to a state", node)
             case ast.While(orelse=[]):
-                self.repeats(node)
-            case ast.For(target=ast.Name() as target, orelse=[]):
-                self.counts(node, self.scope.bindings.assigned(target))
+                return self.repeats(node)
+            case ast.For(orelse=[]):
+                return self.loops_over(node)
+            case ast.Break() if self.loops:
+                self.loops[-1].append(set(self.scope.certain))
+                self.scope.block.append(Break())
+                return True
+            case ast.Continue() if self.loops:
+                self.scope.block.append(Continue())
+                return True
+            case ast.Raise() | ast.Assert():
+                text = ast.unparse(node).partition("\n")[0]
+                raise self.scope.error(
+                    f"{text!r} is not supported", node, "return math.nan, which ends a run"
+                )
             case _:
                 text = ast.unparse(node).partition("\n")[0]
-                raise self.scope.error(f"the statement {text!r} has no equal in C here", node)
+                raise self.scope.error(f"{text!r} is not supported", node)
         return False
+
+    def stores(self, target: ast.Subscript, value: Value, node: ast.AST) -> None:
+        """A new number in the engine's memory."""
+        place = self.expressions.element(self.expressions.expression(target.value), target.slice, node)
+        if not (isinstance(place, Load) and self.scope.engine):
+            raise self.scope.error("blocks, states and arrays are immutable", node, "make a new one")
+        arithmetic = self.expressions.arithmetic
+        number = arithmetic.real(value, node) if place.type == REAL else arithmetic.integer(value, node)
+        self.scope.block.append(Store(place.memory, place.index, number))
 
     def returns(self, value: ast.expr, node: ast.AST) -> None:
         found = self.expressions.expression(value)
-        if isinstance(found, Several):
-            found = self.gathered(found, node)
+        if isinstance(found, Several) and self.returned:  # by the names of the first
+            first, _ = self.returned[0]
+            if isinstance(first, Record) and first.cls is None and len(first.fields) == len(found.items):
+                found = Several(found.items, tuple(first.fields))
         result = self.expressions.arithmetic.runtime(found, node)
         self.scope.limit(result, LARGEST_REAL, node)
         self.returned.append((result.type, node))
         self.scope.block.append(Return(result))
-
-    def gathered(self, several: Several, node: ast.AST) -> Make:
-        """Several values as one record."""
-        pairs = zip(several.names, several.items, strict=True)
-        values = {name: self.expressions.arithmetic.runtime(item, node) for name, item in pairs}
-        kinds = {name: value.type for name, value in values.items()}
-        for value in values.values():
-            self.scope.limit(value, LARGEST_REAL, node)
-        record = self.translator.record(None, kinds, f"{self.scope.function.name}_values")
-        return Make(record, values)
 
     def assigns(self, targets: Sequence[ast.expr], value: Value, node: ast.AST) -> None:
         """Assigns one value to each of some targets, none of which may change it for the next."""
@@ -138,6 +181,8 @@ class Body:
                 case ast.Tuple(elts=names):
                     for part, item in zip(names, self.items(value, len(names), node), strict=True):
                         self.assigns([part], item, node)
+                case ast.Subscript():
+                    self.stores(target, value, node)
                 case _:
                     problem = "only names can be assigned to: blocks and states are immutable"
                     raise self.scope.error(problem, node)
@@ -155,21 +200,13 @@ class Body:
         return self.scope.let(self.scope.fresh("value"), value) if changes else value
 
     def items(self, value: Value, count: int, node: ast.AST) -> list[Value]:
-        if isinstance(value, Several):
-            found: list[Value] = list(value.items)
-        elif isinstance(value, Expression) and isinstance(value.type, Record):
-            lasting = self.scope.lasting(value)
-            found = [self.expressions.member(lasting, name) for name in value.type.fields]
-        else:
-            raise self.scope.error("this is not several values", node)
+        found = self.expressions.items(value, node)
         if len(found) != count:
             raise self.scope.error(f"{len(found)} values for {count} names", node, "give each a name")
         return found
 
     def assign(self, binding: Binding, value: Value, node: ast.AST) -> None:
         scope, name = self.scope, binding.name
-        if isinstance(value, Several):
-            raise scope.error("several values under one name", node, "give each a name")
         if isinstance(value, Bound):  # of the record as it is now
             value = Bound(self.expressions.kept(value.owner), value.function)
         if not binding.changing:
@@ -198,15 +235,29 @@ class Body:
         scope.block.append(If(condition, body, otherwise))
         return ends and other_ends
 
-    def repeats(self, node: ast.While) -> None:
+    def repeats(self, node: ast.While) -> bool:
+        """A loop; True if it never ends but by a return."""
         scope = self.scope
-        before, certain = len(scope.block), set(scope.certain)
+        outer, scope.block = scope.block, []
         condition = self.expressions.condition(node.test)
-        if len(scope.block) != before or isinstance(condition, Known):
-            raise scope.error("this condition of a loop has no equal in C here", node, "name its parts")
-        body, _ = self.inner(node.body)
-        scope.certain = certain  # the loop may not run at all
-        scope.block.append(While(condition, body))
+        work, scope.block = scope.block, outer
+        if isinstance(condition, Known) and not condition.value:
+            return False
+        certain, ends = set(scope.certain), self.turns(node.body)
+        endless, body = isinstance(condition, Known), self.turned
+        if work and isinstance(condition, Expression):  # which each turn needs anew
+            body = [*work, If(Unary(BOOL, "!", condition), [Break()], []), *body]
+        scope.certain = set.intersection(*ends) if endless and ends else certain
+        scope.block.append(While(Whole(BOOL, True) if endless or work else condition, body))  # type: ignore[arg-type]
+        return endless and not ends
+
+    def turns(
+        self, nodes: Sequence[ast.stmt], first: tuple[Binding, Variable, ast.AST] | None = None
+    ) -> list[set[str]]:
+        """Translates a loop's statements, into ``turned``; what has a value at each of its breaks."""
+        self.loops.append([])
+        self.turned, _ = self.inner(nodes, first)
+        return self.loops.pop()
 
     def inner(
         self, nodes: Sequence[ast.stmt], first: tuple[Binding, Variable, ast.AST] | None = None
@@ -226,27 +277,54 @@ class Body:
         scope.environment = environment | kept
         return body, ends
 
-    def counts(self, node: ast.For, binding: Binding) -> None:
-        """A loop; where its number is read after it or changed in it, that is a local of its own."""
-        scope = self.scope
+    def loops_over(self, node: ast.For) -> bool:
+        """A loop over whole numbers or over the values of a tuple; True if it always returns."""
         match node.iter:
-            case ast.Call(func=ast.Name(id="range"), args=[given], keywords=[]) if self.builtin(node.iter):
-                count = self.expressions.expression(given)
-            case _:
-                raise scope.error("only range(count) can be looped over", node, "count from 0 in steps of 1")
-        if not self.expressions.arithmetic.whole(count):
-            raise scope.error("the count of a loop must be a whole number", node)
-        if isinstance(count, Known):
-            self.expressions.arithmetic.integer(count, node)
-        count, certain = self.held(count), set(scope.certain)
-        counter = Variable(INT, scope.in_c[binding] if binding.counter else scope.fresh("i"))
-        if binding.counter:
-            scope.environment[binding] = counter
-        body, _ = self.inner(node.body, None if binding.counter else (binding, counter, node))
-        scope.certain = certain  # the loop may not run at all
-        scope.block.append(For(counter.name, count, body))
+            case ast.Call(func=ast.Name(id="range"), args=given, keywords=[]) if self.is_range(node.iter):
+                if not isinstance(node.target, ast.Name):
+                    raise self.scope.error("a loop over whole numbers gives one name a value", node)
+                self.counts(
+                    node, self.scope.bindings.assigned(node.target), self.expressions.arguments(given)
+                )
+                return False
+            case ast.Call() | ast.Name() | ast.Attribute() | ast.Tuple() | ast.Subscript():
+                value = self.expressions.expression(node.iter)
+                if isinstance(value, Several) or (
+                    isinstance(value, Expression) and isinstance(value.type, Record)
+                ):
+                    return self.unrolled(node, self.expressions.items(value, node))
+        raise self.scope.error("only range(...) and tuples can be looped over", node, "count with range")
 
-    def builtin(self, call: ast.Call) -> bool:
+    def unrolled(self, node: ast.For, items: Sequence[Value]) -> bool:
+        """The statements once for each value."""
+        if any(isinstance(one, ast.Break | ast.Continue) for one in ast.walk(node)):
+            raise self.scope.error("a loop over a tuple runs to its end", node, "count with range, or use if")
+        for item in items:
+            self.assigns([node.target], item, node)
+            if self.statements(node.body):
+                return True
+        return False
+
+    def counts(self, node: ast.For, binding: Binding, given: Sequence[Value]) -> None:
+        """A loop; where its number is read after it or changed in it, that is a local of its own."""
+        arithmetic = self.expressions.arithmetic
+        if not 1 <= len(given) <= 3 or not all(map(arithmetic.whole, given)):
+            raise self.scope.error("the count of a loop must be a whole number", node)
+        for one in given:
+            if isinstance(one, Known):
+                arithmetic.integer(one, node)
+        start, stop, step = (Known(0), *given, Known(1)) if len(given) == 1 else (*given, Known(1))[:3]
+        if not isinstance(step, Known) or step.value == 0:
+            raise self.scope.error("the step of a loop must be a known number and not 0", node)
+        start, stop, certain = self.held(start), self.held(stop), set(self.scope.certain)
+        counter = Variable(INT, self.scope.in_c[binding] if binding.counter else self.scope.fresh("i"))
+        if binding.counter:
+            self.scope.environment[binding] = counter
+        self.turns(node.body, None if binding.counter else (binding, counter, node))
+        self.scope.certain = certain  # the loop may not run at all
+        self.scope.block.append(For(counter.name, start, stop, step, self.turned))
+
+    def is_range(self, call: ast.Call) -> bool:
         """True if what is called is Python's own function of that name."""
         found = self.expressions.expression(call.func)
         return isinstance(found, Python) and found.thing is range

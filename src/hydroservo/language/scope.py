@@ -2,15 +2,16 @@
 
 import ast
 from collections.abc import Callable, Set
+from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
 
 from hydroservo.errors import LoopError
-from hydroservo.export.names import identifier
-from hydroservo.export.translate.bindings import Binding, bindings_of
-from hydroservo.export.translate.definition import DoubtError, definition
-from hydroservo.export.translate.ranges import LARGEST, LARGEST_REAL, Ranges
-from hydroservo.export.translate.terms import (
+from hydroservo.language.bindings import Binding, bindings_of
+from hydroservo.language.names import identifier
+from hydroservo.language.ranges import LARGEST, LARGEST_REAL, Ranges
+from hydroservo.language.source import DoubtError, definition
+from hydroservo.language.terms import (
     BOOL,
     INT,
     Assign,
@@ -32,11 +33,21 @@ from hydroservo.export.translate.terms import (
 
 Value = Expression | Known | Table | Python | Bound | Several
 
-WAY_OUT = "a law that is exported calls only ops, its own methods and those of nested blocks"
+WAY_OUT = "methods call only ops, each other and nested blocks"
 
 
 class TranslationError(LoopError):
-    """A method that has no equal in C; the message names file, line and the way out."""
+    """A text that is not in the language; the message names file, line and the way out.
+
+    Attributes:
+        problem: the message without its place.
+        places: the files and lines that it is about, from the inside out.
+    """
+
+    def __init__(self, problem: str, where: str = "") -> None:
+        self.problem = problem
+        self.places: list[tuple[str, int]] = []
+        super().__init__(f"{where}: {problem}" if where else problem)
 
 
 def place(function: Any, line: int = 0) -> str:
@@ -55,19 +66,23 @@ class Limit(NamedTuple):
 
 
 class Scope:
-    """One Python function on its way to C.
+    """One Python function that is being translated.
 
     Making one raises :class:`TranslationError` where the function's text is not there.
 
     Attributes:
         origin: the Python function.
         tree: its syntax tree, with the lines of its file.
-        function: its equal in C, as far as it is translated.
+        function: its terms, as far as it is translated.
         bindings: which variable each name is, wherever it stands.
         environment: what each variable stands for.
         certain: the changing locals that have a value by now.
         block: where statements go.
-        whole: the whole numbers that are computed, and how large C lets each become.
+        whole: the whole numbers that are computed, and how large each may become.
+        line: what is translated now.
+        outside: what it takes from the functions around it, by name.
+        engine: it is one of the engine's, which may call functions and use memory.
+        house: it is one of hydroservo's, whose whole numbers are known to be small.
 
     Args:
         origin: the Python function.
@@ -92,6 +107,17 @@ class Scope:
         self.certain: set[str] = set()
         self.block: list[Statement] = self.function.body
         self.whole: list[Limit] = []
+        self.lets: set[str] = set()
+        self.line = origin.__code__.co_firstlineno
+        cells = [cell.cell_contents for cell in origin.__closure__ or ()]
+        self.outside: dict[str, Any] = dict(zip(origin.__code__.co_freevars, cells, strict=True))
+        self.house = f"{origin.__module__}".startswith("hydroservo.")
+        self.engine = f"{origin.__module__}".startswith("hydroservo.engine.")
+
+    @property
+    def place(self) -> tuple[str, int]:
+        """The file, its path absolute, and the line of what is translated now."""
+        return str(Path(self.origin.__code__.co_filename).absolute()), self.line
 
     def named_in_c(self, binding: Binding) -> str:
         """A variable's name: its own, with a number behind it where another one has that."""
@@ -103,10 +129,10 @@ class Scope:
         """A parameter; one that the function assigns to gets a local of its own."""
         binding = self.bindings.arguments[name]
         own_name = self.in_c[binding]
-        given = kind if isinstance(kind, (Known, Table)) else Variable(kind, own_name)
+        given = known_value(kind) if isinstance(kind, (Known, Table)) else Variable(kind, own_name)
         if isinstance(given, Variable):
             self.function.parameters.append((given.name, given.type))
-        if binding.changing and not isinstance(given, Table):
+        if binding.changing and isinstance(given, Known | Variable):
             try:
                 first = whole(given) if isinstance(given, Known) else given
             except TranslationError as error:
@@ -128,9 +154,17 @@ class Scope:
             self.block.append(Assign(local.name, value))
 
     def let(self, name: str, value: Value) -> Value:
-        """The value under a name; what is known while translating needs none in C."""
+        """The value under a name, a new one each time; what is known while translating needs none."""
+        if isinstance(value, Several):
+            items = [
+                self.let(self.fresh(f"{name}_{part}"), item)
+                for part, item in zip(value.names, value.items, strict=True)
+            ]
+            return Several(tuple(items), value.names)
         if not isinstance(value, Expression):
             return value
+        name = self.fresh(name) if name in self.lets else name
+        self.lets.add(name)
         self.block.append(Let(name, value))
         return Variable(value.type, name)
 
@@ -151,27 +185,39 @@ class Scope:
 
     def limit(self, value: Expression, most: int, node: ast.AST, least: int | None = None) -> None:
         """Asks that a whole number stays within [-most, most], or [least, most]."""
-        if value.type == INT:
+        if value.type == INT and not self.house:
             self.whole.append(Limit(value, -most if least is None else least, most, node))
 
     def check_whole(self) -> None:
         """Refuse whole numbers that may leave their limits, once the function is translated."""
+        if not self.whole:
+            return
         ranges = Ranges(self.function)
         for value, least, most, node in self.whole:
             low, high = ranges.interval(value)
             if low >= least and high <= most:
                 continue
             text = ast.unparse(node).partition("\n")[0]
-            bits = "the 64 bits of C's" if most == LARGEST else f"{least} to {most}"
+            bits = "64 bits" if most == LARGEST else f"{least} to {most}"
             raise self.error(f"{text!r}: a whole number that may outgrow {bits}", node, "use floats")
 
     def error(self, problem: str, node: ast.AST, way_out: str = WAY_OUT) -> TranslationError:
-        where = place(self.origin, getattr(node, "lineno", 0))
-        return TranslationError(f"{where}, {self.origin.__qualname__}: {problem}; {way_out}")
+        self.line = getattr(node, "lineno", self.line)
+        where = f"{place(self.origin, self.line)}, {self.origin.__qualname__}"
+        return TranslationError(f"{problem}; {way_out}", where)
+
+
+def known_value(kind: Known | Table) -> Value:
+    """What a parameter of a type that is known stands for."""
+    if isinstance(kind, Known) and not isinstance(kind.value, int | None):
+        return Python(kind.value)
+    return kind
 
 
 def whole(value: Known) -> Whole:
-    """A whole number or truth value in C."""
+    """A whole number or truth value at run time; nothing stays nothing."""
+    if value.value is None:
+        return Whole(value, 0)
     if isinstance(value.value, bool):
         return Whole(BOOL, value.value)
     if abs(value.value) > LARGEST_REAL:
@@ -185,4 +231,4 @@ def parsed(origin: FunctionType) -> ast.FunctionDef:
         return definition(origin)
     except DoubtError as doubt:
         where = f"{place(origin)}, {origin.__qualname__}"
-        raise TranslationError(f"{where}: {doubt}; write a plain method of the block") from None
+        raise TranslationError(f"{doubt}; write a plain method of the block", where) from None

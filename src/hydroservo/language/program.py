@@ -1,8 +1,8 @@
-"""Translates the methods of blocks from Python to C, by their syntax trees.
+"""Translates the methods of blocks from Python to terms, by their syntax trees.
 
-A method is translated once for each combination of types that it is called with, as compiled Python is:
-a function in C for a method in Python, with the same names, operations and order of operations. What is
-known while translating (switches, numbers of bits, arrays of records) becomes part of the code.
+A method is translated once for each combination of types that it is called with, with the same names,
+operations and order of operations. What is known while translating (switches, numbers of bits) becomes part
+of the code.
 """
 
 import inspect
@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from hydroservo.block import is_block
-from hydroservo.export.names import identifier, numbered, snake
-from hydroservo.export.translate.body import Body
-from hydroservo.export.translate.definition import DoubtError, changed_class, own_method
-from hydroservo.export.translate.scope import TranslationError, place
-from hydroservo.export.translate.terms import REAL, Function, Known, Record, Table, Translator, Type
+from hydroservo.language.body import Body
+from hydroservo.language.names import identifier, numbered, snake
+from hydroservo.language.scope import TranslationError, place
+from hydroservo.language.source import DoubtError, changed_class, own_method
+from hydroservo.language.terms import REAL, Function, Known, Record, Table, Translator, Type
 
 DEEPEST = 20  # calls of a method by itself, each for another number that is known while translating
 

@@ -2,20 +2,24 @@
 
 import ast
 import inspect
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 
-from hydroservo.engine.lower.source import hint_for
-from hydroservo.export.names import snake
-from hydroservo.export.translate.arithmetic import Arithmetic
-from hydroservo.export.translate.ranges import LARGEST_REAL, PASSED
-from hydroservo.export.translate.scope import Scope, TranslationError, Value
-from hydroservo.export.translate.terms import (
+from hydroservo.language.arithmetic import Arithmetic
+from hydroservo.language.memory import array_at
+from hydroservo.language.names import snake
+from hydroservo.language.ranges import LARGEST_REAL, PASSED
+from hydroservo.language.scope import Scope, TranslationError, Value
+from hydroservo.language.source import hint_for
+from hydroservo.language.terms import (
     BOOL,
     REAL,
+    Array,
     Bound,
     Call,
     Expression,
@@ -28,33 +32,67 @@ from hydroservo.export.translate.terms import (
     Several,
     Translator,
     Type,
+    View,
+    Whole,
 )
 from hydroservo.ops import basic
 
-PLAIN = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+KINDS = (
+    inspect.Parameter.POSITIONAL_ONLY,
+    inspect.Parameter.POSITIONAL_OR_KEYWORD,
+    inspect.Parameter.KEYWORD_ONLY,
+)
 SELECTING = (basic.clip, basic.maximum, basic.minimum)  # of ops, which return what they are given
+OPEN = ("hydroservo.ops.", "hydroservo.states.", "hydroservo.block.", "hydroservo.engine.")
+EQUALS = {  # functions that round once or never, and so give the same everywhere
+    math.copysign: basic.copysign,
+    math.fabs: basic.absolute,
+    math.isfinite: basic.isfinite,
+    math.isnan: basic.isnan,
+    math.sqrt: basic.sqrt,
+    np.abs: basic.absolute,
+    np.copysign: basic.copysign,
+    np.fabs: basic.absolute,
+    np.floor: basic.floor,
+    np.isfinite: basic.isfinite,
+    np.isnan: basic.isnan,
+    np.sqrt: basic.sqrt,
+}
 
 
 class Calls:
     """The calls of one function.
 
-    Every method raises :class:`TranslationError` where C has no equal.
+    Every method raises :class:`TranslationError` for what is not in the language.
+
+    Args:
+        translator: of all functions.
+        scope: of this one.
+        arithmetic: its operators.
+        constant: gives the value of something that a module holds, by name and module.
     """
 
-    def __init__(self, translator: Translator, scope: Scope, arithmetic: Arithmetic) -> None:
-        self.translator, self.scope, self.arithmetic = translator, scope, arithmetic
+    def __init__(
+        self, translator: Translator, scope: Scope, arithmetic: Arithmetic, constant: Callable[..., Value]
+    ) -> None:
+        self.translator, self.scope, self.arithmetic, self.constant = translator, scope, arithmetic, constant
 
     def callee(self, target: Value, node: ast.Call) -> Any:
-        """What a call names, if C can call it: a bound method, a function, a record's class or float."""
+        """What a call names, if it is in the language: a bound method, a function or a record's class."""
         if isinstance(target, Bound):
             return target
         if not isinstance(target, Python):
             raise self.scope.error(f"{ast.unparse(node.func)} cannot be called", node)
-        thing = target.thing
-        written = isinstance(thing, FunctionType) and (is_op(thing) or thing in self.translator.written)
-        if not (written or is_record(thing) or (thing is float and len(node.args) == 1)):
+        thing = equal_of(target.thing)
+        if not (is_record(thing) or self.is_open(thing) or (thing is array_at and self.scope.engine)):
             raise self.refused(thing, node)
         return thing
+
+    def is_open(self, thing: Any) -> bool:
+        """True for the functions that are not methods and may be called."""
+        if isinstance(thing, FunctionType):
+            return f"{thing.__module__}.".startswith(OPEN) or thing in self.translator.written
+        return self.scope.house and callable(thing) and thing in self.translator.written
 
     def call(self, callee: Any, given: Sequence[Value], named: Mapping[str, Value], node: ast.Call) -> Value:
         """A call of a callee with these positional and named arguments."""
@@ -64,22 +102,29 @@ class Calls:
             return self.invoked(callee.function, [owner, *given], named, cls, node)
         if callee is basic.where:
             return self.where(given, node)
-        if callee is float:
-            return self.arithmetic.real(given[0], node)
+        if callee is array_at:
+            return self.view(given, node)
         if is_record(callee):
             return self.made(callee, given, named, node)
         return self.invoked(callee, given, named, None, node)
 
     def refused(self, thing: Any, node: ast.Call) -> TranslationError:
-        """What to write in place of a call that has no equal."""
-        text = ast.unparse(node.func)
+        """What to write in place of a call that is not in the language."""
+        text = ast.unparse(node)
         if hint := hint_for(thing):
-            return self.scope.error(f"{text} has no equal in C here", node, hint)
+            return self.scope.error(f"{text} is not supported", node, hint)
         if isinstance(thing, FunctionType):
             return self.scope.error(
                 f"{text} is a function of a module", node, "make it a method of the block"
             )
-        return self.scope.error(f"{text} has no equal in C here", node)
+        return self.scope.error(f"{text} is not supported", node)
+
+    def view(self, given: Sequence[Value], node: ast.AST) -> View:
+        """An array by its address and its lengths."""
+        address, lengths = given
+        assert isinstance(lengths, Several)
+        parts = tuple(self.arithmetic.integer(one, node) for one in lengths.items)
+        return View(Array(len(parts)), self.arithmetic.integer(address, node), parts)
 
     def where(self, given: Sequence[Value], node: ast.AST) -> Value:
         """``ops.where``."""
@@ -90,7 +135,7 @@ class Calls:
             return a if condition.value else b
         if not (isinstance(condition, Expression) and condition.type == BOOL):
             raise self.scope.error("where's condition is a number, not a truth value", node, "compare it")
-        return self.arithmetic.choice(condition, a, b, node)
+        return self.arithmetic.choice(condition, a, b, node, both=True)
 
     def invoked(
         self,
@@ -100,15 +145,18 @@ class Calls:
         owner: type | None,
         node: ast.AST,
     ) -> Expression:
-        """A call of a function that is, or will be, in C."""
+        """A call of a function that is, or will be, translated."""
         values = self.bound(function, given, named, node)
         kinds: list[Type] = []
-        for value in values:
-            if isinstance(value, (Python, Bound, Several)):
-                raise self.scope.error("an argument is not a value in C", node)
-            if isinstance(value, Expression):
-                self.scope.limit(value, PASSED, node)
-            kinds.append(value.type if isinstance(value, Expression) else value)
+        for i, value in enumerate(values):
+            if isinstance(value, (Python, Bound)):
+                raise self.scope.error("an argument is a function or a class", node, "call it by its name")
+            one = self.arithmetic.gathered(value, node) if isinstance(value, Several) else value
+            if isinstance(one, Expression):
+                self.scope.limit(one, PASSED, node)
+            kinds.append(one.type if isinstance(one, Expression) else one)
+            values[i] = one
+        self.scope.line = getattr(node, "lineno", self.scope.line)
         callee = self.translator.function(function, kinds, owner)
         found = (value for value in values if isinstance(value, Expression))
         arguments = (self.addressable(value) for value in found)
@@ -118,8 +166,8 @@ class Calls:
         self, function: FunctionType, given: Sequence[Value], named: Mapping[str, Value], node: ast.AST
     ) -> list[Value]:
         """The arguments of a call in the order of the parameters, with defaults."""
-        signature = inspect.signature(function)
-        if any(parameter.kind not in PLAIN for parameter in signature.parameters.values()):
+        signature = signature_of(function)
+        if any(parameter.kind not in KINDS for parameter in signature.parameters.values()):
             raise self.scope.error(
                 f"{function.__qualname__} takes arguments with *", node, "name each of them"
             )
@@ -129,7 +177,7 @@ class Calls:
             raise self.scope.error(f"{function.__qualname__}: {error}", node, "mend the call") from None
         values = []
         for name, parameter in signature.parameters.items():
-            value = found[name] if name in found else self.default(parameter.default, node)
+            value = found[name] if name in found else self.default(parameter.default, function, name, node)
             takes_floats = parameter.annotation is float and function.__module__.startswith("hydroservo.")
             values.append(self.floating(function, value, node) if takes_floats else value)
         return values
@@ -142,13 +190,11 @@ class Calls:
             raise self.scope.error(problem, node, "write 1.0 and not 1, and float(n) for a name")
         return self.arithmetic.real(value, node)
 
-    def default(self, value: object, node: ast.AST) -> Value:
-        """A parameter's default as a value."""
-        if type(value) in (bool, int):
-            return Known(value)  # type: ignore[arg-type]
+    def default(self, value: object, owner: Any, name: str, node: ast.AST) -> Value:
+        """The default of a parameter or a field."""
         if type(value) is float or isinstance(value, np.float64):
             return Literal(REAL, float(value))
-        raise self.scope.error(f"the default {value!r} is neither a number nor a truth value", node)
+        return self.constant(value, f"{owner.__name__}.{name}", owner.__module__, node)
 
     def addressable(self, value: Expression) -> Expression:
         return self.scope.lasting(value) if isinstance(value.type, (Record, Matrix)) else value
@@ -159,11 +205,13 @@ class Calls:
         if len(given) > len(names) or not set(named) <= set(names[len(given) :]):
             raise self.scope.error(f"{cls.__name__} does not take these fields", node, "give each field once")
         values: dict[str, Expression] = {}
-        found = dict(zip(names, given, strict=False)) | dict(named)
+        present = dict(zip(names, given, strict=False)) | dict(named)
+        spare: Mapping[str, Any] = getattr(cls, "_field_defaults", {})
         for name in names:
-            if name not in found:
+            if name not in present and name not in spare:
                 raise self.scope.error(f"{cls.__name__} is given no {name}", node, "give every field")
-            values[name] = self.arithmetic.runtime(found[name], node)
+            value = present[name] if name in present else self.default(spare[name], cls, name, node)
+            values[name] = self.field(value, node)
             self.scope.limit(values[name], LARGEST_REAL, node)
         kinds = {name: value.type for name, value in values.items()}
         try:
@@ -171,6 +219,25 @@ class Calls:
         except TranslationError as error:
             raise self.scope.error(str(error), node, "rename one of them") from None
         return Make(record, values)
+
+    def field(self, value: Value, node: ast.AST) -> Expression:
+        """What a field of a record is given; numbers and switches that the engine's text names stay known."""
+        if isinstance(value, Known) and self.scope.engine:
+            return Whole(value, value.value)
+        return self.arithmetic.runtime(value, node)
+
+
+@cache
+def signature_of(function: FunctionType) -> inspect.Signature:
+    return inspect.signature(function)
+
+
+def equal_of(thing: Any) -> Any:
+    """The function of ops that does what one of Python's does; itself where there is none."""
+    try:
+        return EQUALS.get(thing, thing)
+    except TypeError:
+        return thing
 
 
 def is_record(thing: Any) -> bool:

@@ -5,9 +5,10 @@ reaches both are two variables, though they share a name. In C each variable has
 """
 
 import ast
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import NamedTuple
 
 Block = tuple[int, ...]  # a block of statements: the way to it, a number for each block around
 Reaching = dict[str, frozenset[int]]  # the assignments whose value each name may have
@@ -43,6 +44,13 @@ class Given:
     reads: list[tuple[Block, int]] = field(default_factory=list)
 
 
+class Ends(NamedTuple):
+    """What reaches the ends of a loop's turns, and of the loop itself, that its statements ask for."""
+
+    turns: list[Reaching]
+    loop: list[Reaching]
+
+
 class Bindings:
     """The variables of a function, from what each assignment reaches.
 
@@ -55,6 +63,7 @@ class Bindings:
         self.joined: dict[int, int] = {}
         self.seen: dict[int, frozenset[int]] = {}
         self.orders: dict[int, int] = {}
+        self.loops: list[Ends] = []
         given = parameters(tree)
         self.bound = {*bound_names(tree), *(argument.arg for argument in given)}
         first: Reaching = {}
@@ -98,8 +107,15 @@ class Bindings:
                 after = self.flow(body, (*block, id(body[0])), dict(now))
                 other = self.flow(otherwise, (*block, id(node)), dict(now))
                 return merged(after, other)
+            case ast.Break():
+                self.loops[-1].loop.append(now)
+                return None
+            case ast.Continue():
+                self.loops[-1].turns.append(now)
+                return None
             case ast.While(test=test, body=body):
-                return self.repeated(now, lambda start: self.turned(test, None, body, block, start))
+                endless = isinstance(test, ast.Constant) and bool(test.value)
+                return self.repeated(now, lambda start: self.turned(test, None, body, block, start), endless)
             case ast.For(target=target, iter=counted, body=body):
                 self.reads(counted, block, now)
                 return self.repeated(now, lambda start: self.turned(None, target, body, block, start))
@@ -128,12 +144,17 @@ class Bindings:
             self.give(one, one.id, inner, now, counter=True)
         return self.flow(body, inner, now)
 
-    def repeated(self, now: Reaching, turn: Callable[[Reaching], Reaching | None]) -> Reaching:
-        """What reaches the end of a loop, whose end may reach its beginning."""
+    def repeated(
+        self, now: Reaching, turn: Callable[[Reaching], Reaching | None], endless: bool = False
+    ) -> Reaching | None:
+        """What reaches the end of a loop, the end of whose turns may reach its beginning."""
         while True:
-            after = merged(now, turn(now))
+            self.loops.append(Ends([], []))
+            last = turn(now)
+            ends = self.loops.pop()
+            after = all_merged([now, last, *ends.turns])
             if after is None or after == now:
-                return now
+                return all_merged([None if endless else now, *ends.loop])
             now = after
 
     def give(self, node: ast.AST, name: str, block: Block, now: Reaching, counter: bool = False) -> None:
@@ -193,9 +214,17 @@ def merged(a: Reaching | None, b: Reaching | None) -> Reaching | None:
     return {name: a.get(name, nothing) | b.get(name, nothing) for name in [*a, *b]}
 
 
+def all_merged(ways: Iterable[Reaching | None]) -> Reaching | None:
+    """What reaches the place where ways meet."""
+    found: Reaching | None = None
+    for way in ways:
+        found = merged(found, way)
+    return found
+
+
 def parameters(tree: ast.FunctionDef) -> list[ast.arg]:
-    """The parameters of a function that takes none with * or by name alone."""
-    return [*tree.args.posonlyargs, *tree.args.args]
+    """The parameters of a function that takes none with *."""
+    return [*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs]
 
 
 def loads(node: ast.AST) -> Iterator[tuple[ast.AST, str]]:

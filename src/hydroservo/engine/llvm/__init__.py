@@ -1,0 +1,1 @@
+"""From terms to the text of LLVM."""

@@ -1,0 +1,89 @@
+"""The functions of ops that are an instruction or some, and those on whole states."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from hydroservo.engine import state_text
+from hydroservo.engine.llvm.writer import Body, literal
+from hydroservo.language.terms import REAL, Function, Translator, Type
+from hydroservo.ops import basic, binary
+
+ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
+BIASED_ROUNDER = literal(
+    basic.ROUNDER + 2046.0
+)  # leaves a whole number plus twice the bias in the lowest bits
+Written = Callable[..., str]
+
+
+def llvm(name: str) -> Written:
+    """A function of LLVM on floats, which is one instruction of most processors."""
+
+    def call(w: Body, *given: str) -> str:
+        function = w.module.declare(f"llvm.{name}.f64", "double", *["double"] * len(given))
+        return w.emit(f"call double {function}({', '.join(f'double {one}' for one in given)})")
+
+    return call
+
+
+def remainder(w: Body, a: str, b: str) -> str:
+    return w.emit(f"frem double {a}, {b}")
+
+
+def above_root_half(w: Body, bits: str) -> str:
+    """The whole number e for which x = 2^e m with m in [sqrt(1/2), sqrt(2))."""
+    return w.emit(f"ashr i64 {w.emit(f'sub i64 {bits}, {ROOT_HALF_BITS}')}, 52")
+
+
+def exponent(w: Body, x: str) -> str:
+    return w.emit(f"sitofp i64 {above_root_half(w, bits_of(w, x))} to double")
+
+
+def mantissa(w: Body, x: str) -> str:
+    bits = bits_of(w, x)
+    shifted = w.emit(f"shl i64 {above_root_half(w, bits)}, 52")
+    return from_bits(w, w.emit(f"sub i64 {bits}, {shifted}"))
+
+
+def scaled(w: Body, x: str, n: str) -> str:
+    """In two steps of half the exponent each, of which the last alone can round."""
+    biased = bits_of(w, w.emit(f"fadd double {n}, {BIASED_ROUNDER}"))
+    half = w.emit(f"ashr i64 {biased}, 1")
+    for part in (half, w.emit(f"sub i64 {biased}, {half}")):
+        x = w.emit(f"fmul double {x}, {from_bits(w, w.emit(f'shl i64 {part}, 52'))}")
+    return x
+
+
+def bits_of(w: Body, x: str) -> str:
+    """The bits of a float as an integer."""
+    return w.emit(f"bitcast double {x} to i64")
+
+
+def from_bits(w: Body, n: str) -> str:
+    """The float that has these bits."""
+    return w.emit(f"bitcast i64 {n} to double")
+
+
+INSTRUCTIONS: dict[Any, tuple[Written, int]] = {  # and of how many numbers
+    basic.absolute: (llvm("fabs"), 1),
+    basic.copysign: (llvm("copysign"), 2),
+    basic.sqrt: (llvm("sqrt"), 1),
+    basic.floor: (llvm("floor"), 1),
+    binary.exponent: (exponent, 1),
+    binary.mantissa: (mantissa, 1),
+    binary.scaled: (scaled, 2),
+    math.fmod: (remainder, 2),
+}
+
+
+def instruction(
+    name: str, written: Written, numbers: int
+) -> Callable[[Translator, Sequence[Type]], Function]:
+    function = Function(name, [(f"x{i}", REAL) for i in range(numbers)], written=written)
+    return lambda _, __: function
+
+
+WRITTEN: dict[Any, Callable[[Translator, Sequence[Type]], Function]] = {
+    **{origin: instruction(origin.__name__, *how) for origin, how in INSTRUCTIONS.items()},
+    **state_text.TRANSLATED,
+}

@@ -1,0 +1,159 @@
+"""The functions of Python that are in the language: of numbers, and of tuples."""
+
+import ast
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from hydroservo.language.arithmetic import Arithmetic, is_truth
+from hydroservo.language.scope import Scope, Value
+from hydroservo.language.terms import (
+    BOOL,
+    INT,
+    REAL,
+    Array,
+    Bound,
+    Call,
+    Conversion,
+    Expression,
+    Known,
+    Length,
+    Literal,
+    Python,
+    Record,
+    Several,
+    Translator,
+    Type,
+)
+from hydroservo.ops import basic
+
+NUMBERS: dict[Type, type] = {REAL: float, INT: int, BOOL: bool}
+
+
+class Builtins:
+    """Python's functions on the values of one function.
+
+    Every method raises :class:`TranslationError` for what is not in the language.
+
+    Args:
+        translator: of all functions.
+        scope: of this one.
+        arithmetic: its operators.
+        items: gives the values of a tuple or record.
+    """
+
+    def __init__(
+        self,
+        translator: Translator,
+        scope: Scope,
+        arithmetic: Arithmetic,
+        items: Callable[[Value, ast.AST], list[Value]],
+    ) -> None:
+        self.translator, self.scope, self.arithmetic, self.items = translator, scope, arithmetic, items
+        self.functions: dict[Any, Callable[..., Value]] = {
+            abs: self.absolute,
+            bool: self.truth,
+            enumerate: self.enumerated,
+            float: lambda node, value: arithmetic.real(value, node),
+            hasattr: self.has,
+            int: self.integer,
+            isinstance: self.is_instance,
+            len: self.length,
+            max: lambda node, *values: self.extreme(ast.Gt(), values, node),
+            min: lambda node, *values: self.extreme(ast.Lt(), values, node),
+            reversed: lambda node, value: several(items(value, node)[::-1]),
+            tuple: lambda node, value: several(items(value, node)),
+            zip: lambda node, *rows: several(
+                [several(row) for row in zip(*(items(row, node) for row in rows), strict=False)]
+            ),
+        }
+
+    def call(self, function: Any, given: Sequence[Value], node: ast.Call) -> Value:
+        """What a function of Python returns for some values."""
+        try:
+            return self.functions[function](node, *given)
+        except TypeError:
+            problem = f"{ast.unparse(node)} is not supported with such arguments"
+            raise self.scope.error(problem, node) from None
+
+    def absolute(self, node: ast.AST, value: Value) -> Value:
+        if isinstance(value, Known):
+            return Known(abs(value.value))
+        if self.arithmetic.whole(value):
+            number = self.arithmetic.integer(value, node)
+            negative = self.arithmetic.comparison(number, ast.Lt(), Known(0), node)
+            assert isinstance(negative, Expression)
+            return self.arithmetic.choice(
+                negative, self.arithmetic.negative(number, node), number, node, both=True
+            )
+        function = self.translator.function(basic.absolute, [REAL])
+        return Call(REAL, function, (self.arithmetic.real(value, node),), ast.unparse(node))
+
+    def truth(self, node: ast.AST, value: Value) -> Value:
+        if is_truth(value):
+            return value
+        return self.arithmetic.comparison(value, ast.NotEq(), Known(0), node)
+
+    def integer(self, node: ast.AST, value: Value) -> Value:
+        """A whole number of one, or in hydroservo's own text of a float that is known to be small."""
+        if isinstance(value, Known):
+            return Known(int(value.value))
+        if isinstance(value, Literal):
+            return Known(int(value.value))
+        if self.arithmetic.whole(value):
+            return self.arithmetic.integer(value, node)
+        if not self.scope.house:
+            raise self.scope.error("int of a float is not supported", node, "use ops.floor or ops.nearest")
+        return Conversion(INT, self.arithmetic.real(value, node))
+
+    def extreme(self, op: ast.cmpop, values: Sequence[Value], node: ast.AST) -> Value:
+        """The first of some numbers than which none is smaller, or larger."""
+        values = self.items(values[0], node) if len(values) == 1 else values
+        best, *others = (self.scope.let(self.scope.fresh("number"), value) for value in values)
+        for other in others:
+            better = self.arithmetic.comparison(other, op, best, node)
+            if isinstance(better, Known):
+                best = other if better.value else best
+            else:
+                best = self.scope.let(
+                    self.scope.fresh("number"), self.arithmetic.choice(better, other, best, node, both=True)
+                )
+        return best
+
+    def length(self, node: ast.AST, value: Value) -> Value:
+        if isinstance(value, Expression) and isinstance(value.type, Array):
+            return Length(INT, value, 0)
+        return Known(len(self.items(value, node)))
+
+    def enumerated(self, node: ast.AST, value: Value) -> Value:
+        pairs = enumerate(self.items(value, node))
+        return several([several((Known(i), item)) for i, item in pairs])
+
+    def is_instance(self, node: ast.AST, value: Value, kinds: Value) -> Known:
+        """Whether a value is of one of some classes."""
+        several_kinds = kinds.items if isinstance(kinds, Several) else (kinds,)
+        classes = tuple(one.thing for one in several_kinds if isinstance(one, Python))
+        if isinstance(value, Known):
+            return Known(isinstance(value.value, classes))
+        if isinstance(value, Several):
+            return Known(issubclass(tuple, classes))
+        if isinstance(value, Expression):
+            return Known(issubclass(class_of(value.type), classes))
+        return Known(not isinstance(value, Bound) and isinstance(value.thing, classes))  # type: ignore[union-attr]
+
+    def has(self, node: ast.AST, value: Value, name: Value) -> Known:
+        """Whether a block has a field or a method of a name."""
+        if isinstance(value, Expression) and isinstance(value.type, Record) and isinstance(name, Python):
+            return Known(hasattr(value.type.cls, name.thing))
+        raise self.scope.error(f"{ast.unparse(node)} is not supported", node)
+
+
+def class_of(kind: Type) -> type:
+    """The class of a value in Python."""
+    if isinstance(kind, Record):
+        return kind.cls or tuple
+    return NUMBERS.get(kind, object)
+
+
+def several(items: Sequence[Value]) -> Several:
+    """Values in a row, without names of their own."""
+    return Several(tuple(items), tuple(f"value_{i}" for i in range(1, len(items) + 1)))
