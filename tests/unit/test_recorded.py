@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.signal import freqz, lfilter
+from scipy.signal import coherence as scipy_coherence
+from scipy.signal import csd, freqz, lfilter
 
 from hydroservo import Loop, bode, linearize, load_scenario, replace, simulate
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.figures.bode import plot_bode
 from hydroservo.identification.recorded import with_logs
-from hydroservo.identification.welch import welch
+from hydroservo.identification.welch import welch, window_for
 from hydroservo.linear.measured import EXCITATIONS, EXCITED, Experiment, prepared
 from hydroservo.linear.operating_point import operating_point
 
@@ -49,6 +50,22 @@ def test_a_known_filter_has_its_response_and_a_coherence_of_one() -> None:
     _, expected = freqz(B, A, found.frequency, fs=1e3)
     np.testing.assert_allclose(found.response, expected, rtol=5e-3)
     assert found.coherence.min() > 0.999
+
+
+def test_windows_are_averaged_as_scipy_does() -> None:
+    draw = np.random.default_rng(0)
+    u, period = np.cumsum(draw.normal(size=9_000)), 1e-3
+    y = lfilter(B, A, u) + draw.normal(size=u.size)
+    found = welch([(u, y)], period, "log")
+    size = window_for([u.size], "log")
+    options = {"fs": 1.0 / period, "nperseg": size, "detrend": "linear"}
+    frequency, coherence = scipy_coherence(u, y, **options)
+    response = csd(u, y, **options)[1] / csd(u, u, **options)[1]
+    lines = np.searchsorted(frequency, found.frequency)
+    assert lines.size > 100
+    np.testing.assert_allclose(found.frequency, frequency[lines], rtol=1e-12)
+    np.testing.assert_allclose(found.response, response[lines], rtol=1e-9)  # of lines far below the largest
+    np.testing.assert_allclose(found.coherence, coherence[lines], rtol=1e-9)
 
 
 def test_noise_leaves_the_coherence_that_its_share_of_the_power_says() -> None:
