@@ -7,6 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from hydroservo import (
     Aim,
@@ -26,6 +27,7 @@ from hydroservo.controllers.pi import PIState
 from hydroservo.metrics import judged_by
 from hydroservo.monitors import CommandEnergy, IntegralCriteria
 from hydroservo.runs import objective
+from hydroservo.runs.space import latin_hypercube
 from hydroservo.runs.tuned import Tuned
 from hydroservo.runs.tuning import searched
 from hydroservo.scenario import load_scenario
@@ -195,6 +197,13 @@ class Strict:
 
     def objections(self, parameters: Mapping[str, float]) -> list[str]:
         return [] if parameters.get(GAIN, 0.0) <= self.most else ["too much"]
+
+
+@pytest.mark.parametrize("dimensions", [0, 1, 7])
+def test_first_candidates_are_those_of_scipys_latin_hypercube(dimensions: int) -> None:
+    """To the bit, for what a seed finds begins with them."""
+    expected = qmc.LatinHypercube(dimensions, rng=np.random.default_rng(5)).random(63)
+    np.testing.assert_array_equal(latin_hypercube(63, dimensions, 5), expected)
 
 
 def test_candidates_far_from_the_best_are_looked_at_too() -> None:

@@ -16,7 +16,7 @@ from hydroservo.identification.spikes import noise_of
 from hydroservo.identification.steps import first_steps
 from hydroservo.identification.uncertain import Uncertain
 from hydroservo.loop import AUTO, Loop
-from hydroservo.runs.space import Space
+from hydroservo.runs.space import Space, latin_hypercube
 from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.sampling import Variation, parameters_of
@@ -78,11 +78,9 @@ def played_columns(
 
 def consistent_points(assembly: Assembly, space: Space) -> NDArray[np.float64]:
     """Points within ranges at which what constructors take goes together; all that were tried, if none."""
-    from scipy.stats import qmc
-
     count = len(space.ranges)
-    others = qmc.LatinHypercube(count, rng=np.random.default_rng(0)).random(TRIED)
-    points = np.concatenate([np.repeat([[0.5], [0.25], [0.75]], count, axis=1), others])
+    diagonal = np.repeat([[0.5], [0.25], [0.75]], count, axis=1)
+    points = np.concatenate([diagonal, latin_hypercube(TRIED, count, seed=0)])
     there = np.ones(len(points), dtype=bool)
     for i in range(len(points)):
         values = space.values(points[i : i + 1])

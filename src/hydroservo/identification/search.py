@@ -12,6 +12,7 @@ from hydroservo.identification.misfit import Misfit, Weights, misfit, residuals_
 from hydroservo.identification.problem import PLACES, Problem, adapt_steps, are_possible, delay_of, runs_at
 from hydroservo.identification.spikes import TO_DEVIATION, noise_of
 from hydroservo.identification.steps import COARSE
+from hydroservo.runs.space import latin_hypercube
 
 KNEE = 2.0  # deviations, from which a residual counts linearly: 99 % efficient for normal noise
 CANDIDATES = 63  # of starts, besides the scenario's own values: two groups of lanes
@@ -205,12 +206,9 @@ def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector],
     Raises:
         HydroservoError: every run is lost.
     """
-    from scipy.stats import qmc
-
     own, count = problem.usual, len(problem.space.ranges) - len(problem.uncertain)
-    others = qmc.LatinHypercube(count, rng=np.random.default_rng(seed)).random(CANDIDATES)
     points = np.repeat(own[np.newaxis], 1 + CANDIDATES, axis=0)
-    points[1:, :count] = others
+    points[1:, :count] = latin_hypercube(CANDIDATES, count, seed)
     points = points[are_possible(problem, points)]
     if not points.size:
         raise HydroservoError("no parameters within their ranges make a valid machine; try other ranges")

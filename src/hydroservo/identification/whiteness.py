@@ -40,12 +40,11 @@ def whiteness(
     Source: Ljung, Box, Biometrika 65, 1978, doi:10.1093/biomet/65.2.297.
     Fails to see what hangs together over more than 20 samples alone.
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     degrees = LAGS + 1 - first
-    statistic = portmanteau(parts, first)
     usual = max([portmanteau(one, first) for one in null or ()], default=0.0)
-    return float(chi2.sf(statistic * degrees / max(usual, degrees), degrees))
+    return float(chdtrc(degrees, portmanteau(parts, first) * degrees / max(usual, degrees)))
 
 
 def portmanteau(parts: Sequence[Samples], first: int) -> float:

@@ -44,12 +44,12 @@ class Space(NamedTuple):
         return found
 
 
-def first_points(dimensions: int, seed: int) -> Numbers:
-    """Points spread over the unit cube, shape (CANDIDATES, dimensions)."""
-    from scipy.stats import qmc
-
-    found = qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(CANDIDATES)
-    return np.asarray(found)
+def latin_hypercube(count: int, dimensions: int, seed: int) -> Numbers:
+    """Points spread over the unit cube, shape (count, dimensions): those of scipy's LatinHypercube."""
+    (rng,) = np.random.default_rng(seed).spawn(1)
+    inside = rng.uniform(size=(count, dimensions))
+    cells = rng.permuted(np.tile(np.arange(1, count + 1), (dimensions, 1)), axis=1)
+    return np.asarray((cells.T - inside) / count)
 
 
 def minimum(cost: Callable[[Numbers], Any], dimensions: int, generations: int, seed: int) -> Numbers:
@@ -59,7 +59,7 @@ def minimum(cost: Callable[[Numbers], Any], dimensions: int, generations: int, s
     found = differential_evolution(
         cost,
         [(0.0, 1.0)] * dimensions,
-        init=first_points(dimensions, seed),
+        init=latin_hypercube(CANDIDATES, dimensions, seed),
         maxiter=generations - 1,
         tol=0.0,
         atol=-1.0,  # never ends early: every law gets as many candidates

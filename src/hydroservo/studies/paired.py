@@ -43,7 +43,7 @@ def difference(a: Numbers, b: Numbers, confidence: float = 0.95) -> Difference:
 
 def mean(values: Numbers, confidence: float = 0.95) -> Difference:
     """The mean of some draws, by Student's t; those that are nan do not count."""
-    from scipy.stats import t
+    from scipy.special import stdtr, stdtrit
 
     known = values[~np.isnan(values)]
     if not known.size:
@@ -54,8 +54,8 @@ def mean(values: Numbers, confidence: float = 0.95) -> Difference:
     error = float(known.std(ddof=1)) / known.size**0.5
     if error == 0.0:
         return Difference(middle, middle, middle, 1.0 if middle == 0.0 else LEAST)
-    half = float(t.ppf(0.5 + confidence / 2.0, known.size - 1)) * error
-    chance = 2.0 * float(t.sf(abs(middle) / error, known.size - 1))
+    half = float(stdtrit(known.size - 1, 0.5 + confidence / 2.0)) * error
+    chance = 2.0 * float(stdtr(known.size - 1, -abs(middle) / error))
     return Difference(middle, middle - half, middle + half, max(chance, LEAST))
 
 

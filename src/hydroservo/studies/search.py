@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hydroservo.block import field_at
 from hydroservo.errors import HydroservoError
-from hydroservo.runs.space import CANDIDATES, Space, first_points
+from hydroservo.runs.space import CANDIDATES, Space, latin_hypercube
 from hydroservo.studies.evolution import fittest, offspring
 from hydroservo.studies.judging import LOST, Evaluation, Group, Points, Task, Window, evaluate, mean_logs
 from hydroservo.studies.pareto import STILL, evenly_spaced, front_shift, on_front
@@ -96,7 +96,7 @@ def search_front(task: Task) -> Search:
     random = np.random.default_rng([task.seed, 1])
     space, widened_by = Space(task.ranges), 0
     window = task.window or (-np.inf, np.inf)
-    units = first_points(len(space.ranges), task.seed)
+    units = latin_hypercube(CANDIDATES, len(space.ranges), task.seed)
     values = matrix(space, units)
     costs = cost(task, space.values(units))
     population, moved = np.arange(CANDIDATES), np.inf

@@ -35,11 +35,12 @@ def lost_share(lost: Flags, confidence: float = 0.95) -> Share:
 
     Source: Wilson 1927, doi:10.2307/2276774.
     """
-    from scipy.stats import binomtest
+    from scipy.special import ndtri
 
-    count = int(lost.sum())
-    low, high = binomtest(count, lost.size).proportion_ci(confidence, method="wilson")
-    return Share(count, count / lost.size, float(low), float(high))
+    count, n, z = int(lost.sum()), lost.size, float(ndtri(0.5 + confidence / 2.0))
+    middle, half = count + z**2 / 2.0, z * math.sqrt(count * (n - count) / n + z**2 / 4.0)
+    low, high = (middle - half) / (n + z**2), (middle + half) / (n + z**2)
+    return Share(count, count / n, low if count else 0.0, high if count < n else 1.0)
 
 
 def fewer_lost(a: Flags, b: Flags, confidence: float = 0.95) -> Difference:
@@ -52,12 +53,12 @@ def fewer_lost(a: Flags, b: Flags, confidence: float = 0.95) -> Difference:
         a, b: of the same conditions.
         confidence: of the interval.
     """
-    from scipy.stats import binomtest
+    from scipy.special import bdtr
 
     found = difference(a.astype(np.float64), b.astype(np.float64), confidence)
     only_a, only_b = int((a & ~b).sum()), int((b & ~a).sum())
-    chance = binomtest(only_a, only_a + only_b).pvalue if only_a + only_b else 1.0
-    return found._replace(chance=max(found.chance, float(chance)))
+    chance = 2.0 * float(bdtr(min(only_a, only_b), only_a + only_b, 0.5))
+    return found._replace(chance=max(found.chance, min(chance, 1.0)))
 
 
 class Standing(NamedTuple):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
+from hydroservo.studies.paired import Difference
 from hydroservo.studies.standing import fewer_lost, lost_share
 
 
@@ -33,6 +34,15 @@ def test_a_handful_convinces_nobody(lost, sure):
     assert found.value == pytest.approx(lost / 200)
     assert (found.chance < 0.05) is sure
     assert fewer_lost(NONE, on(lost)).chance == pytest.approx(found.chance)
+
+
+@pytest.mark.parametrize(("more", "fewer"), [(1, 0), (7, 2), (60, 41), (100, 90)])
+def test_the_signs_are_tested_exactly(more, fewer, monkeypatch):
+    """With Student's t sure of it, the sign test of the conditions in which one law alone is lost is left."""
+    sure = Difference(0.1, 0.05, 0.15, 0.0)
+    monkeypatch.setattr("hydroservo.studies.standing.difference", lambda *_: sure)
+    found = fewer_lost(on(more), np.roll(on(fewer), -fewer))
+    assert found.chance == pytest.approx(binomtest(fewer, more + fewer).pvalue, rel=1e-12)
 
 
 def test_equal_losses_are_no_difference():

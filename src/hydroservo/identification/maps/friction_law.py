@@ -66,7 +66,7 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
     models, as in Draper and Smith, Applied Regression Analysis, 1998, ch. 6.
     Fails where friction differs between directions by more than a constant, or depends on load or position.
     """
-    from scipy.stats import f as f_distribution
+    from scipy.special import fdtrc
 
     both = (velocity > 0.0).any() and (velocity < 0.0).any()
     remarks = [] if both else ["all moves go one way: a constant force counts as Coulomb friction"]
@@ -79,7 +79,7 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
     if freedom > 0 and count_of(velocity) >= FEWEST:
         falls = fall_found(velocity, design, aim, deviation, gaussian, least)
         ratio = (left_plain - falls[1]) / 2.0 / max(falls[1] / freedom, 1e-300)
-        if falls[0][-2] > 0.0 and f_distribution.sf(ratio, 2, freedom) < SIGNIFICANT:
+        if falls[0][-2] > 0.0 and fdtrc(2, freedom, ratio) < SIGNIFICANT:
             law = with_fall(falls, velocity, design, deviation, names, gaussian, remarks)
             if law.numbers["stribeck_velocity"].low > 0.0 and is_inside(falls[0][-1], velocity):
                 return law
@@ -116,10 +116,10 @@ def is_forbidden(design: Samples, aim: Samples, left: float, freedom: int) -> bo
         left: the squares that coefficients within their bounds leave.
         freedom: its degrees.
     """
-    from scipy.stats import f as f_distribution
+    from scipy.special import fdtrc
 
     best = float(np.sum((aim - design @ np.linalg.lstsq(design, aim, rcond=None)[0]) ** 2))
-    return bool(f_distribution.sf((left - best) / max(best / freedom, 1.0), 1, freedom) < POSSIBLE)
+    return bool(fdtrc(1, freedom, (left - best) / max(best / freedom, 1.0)) < POSSIBLE)
 
 
 def ends_of(numbers: Mapping[str, Interval]) -> list[str]:
@@ -200,7 +200,7 @@ def with_fall(
 
 def intervals(names: list[str], values: Samples, covariance: Samples, freedom: int) -> dict[str, Interval]:
     """Numbers with their intervals, of Student's distribution, without what is impossible."""
-    from scipy.stats import t as student
+    from scipy.special import stdtrit
 
     about = {
         "coulomb": ("N", "Coulomb friction"),
@@ -209,7 +209,7 @@ def intervals(names: list[str], values: Samples, covariance: Samples, freedom: i
         "breakaway": ("N", "friction towards rest, as the fall goes on"),
         "stribeck_velocity": ("m/s", "Stribeck velocity"),
     }
-    half = float(student.ppf(0.975, max(freedom, 1))) * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    half = float(stdtrit(max(freedom, 1), 0.975)) * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     every = zip(names, values.tolist(), half.tolist(), strict=True)
     numbers = {name: Interval.around(value, width, *about[name]) for name, value, width in every}
     return {name: one if name == "offset" else one.at_least_0() for name, one in numbers.items()}
