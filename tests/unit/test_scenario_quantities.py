@@ -2,17 +2,20 @@
 
 import math
 import re
+import runpy
 import time
 from contextlib import suppress
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
 
+import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo import load_scenario, scenarios
 from hydroservo.scenario.quantities import si_value, unit_factor
-from hydroservo.scenario.units import asked_of_pint, check_si, usual_units
-from hydroservo.scenario.units import units as pint_units
+from hydroservo.scenario.units import base_units, check_si, unit_names
 
 QUANTITIES = [
     ("40 bar", "Pa", 40e5),
@@ -141,7 +144,6 @@ def test_quantity(text: str, unit: str, value: float) -> None:
 
 @pytest.mark.parametrize(("text", "unit", "problem"), WRONG)
 def test_wrong_quantity(text: str, unit: str, problem: str) -> None:
-    pint_units()  # its registry takes a while to make
     start = time.perf_counter()
     with pytest.raises(ValueError, match=re.escape(problem)):
         si_value(text, unit)
@@ -247,13 +249,32 @@ def test_units_for_which_there_is_no_simple_one(unit: str) -> None:
         check_si(unit)
 
 
-def test_usual_units_are_what_pint_says_of_them() -> None:
-    assert usual_units() == {name: asked_of_pint(name) for name in usual_units()}
+def test_the_table_of_units_is_what_pint_says_of_them() -> None:
+    root = Path(__file__).parents[2]
+    written = runpy.run_path(str(root / "scripts/unit_names"))["written"]()
+    assert (root / "src/hydroservo/scenario/unit_names.json").read_text("utf-8") == written
 
 
-def test_built_in_scenarios_need_no_other_units() -> None:
-    """So that none of them waits for pint."""
-    asked_of_pint.cache_clear()
-    for name in scenarios():
-        load_scenario(name)
-    assert not asked_of_pint.cache_info().misses
+PINT: Any = pint.UnitRegistry(non_int_type=Fraction)
+EACH = ("m", "meter", "bar", "psi", "t", "in", "inch", "gal", "N", "lbf", "min", "dB", "degC", "x")
+
+
+def read_by_pint(name: str) -> tuple[Fraction, dict[str, Fraction]] | None:
+    """A unit as a factor times base units; None where it is no unit, or more than a factor."""
+    try:
+        unit = PINT.parse_units(name)
+    except (pint.UndefinedUnitError, pint.OffsetUnitCalculusError):
+        return None
+    factor, bases = PINT.get_root_units(unit)
+    return (factor, dict(bases._units)) if PINT.Quantity(1, unit)._is_multiplicative else None
+
+
+@pytest.mark.parametrize("end", ["", "s"])
+@pytest.mark.parametrize("prefix", unit_names()["prefixes"])
+def test_prefixes_and_plurals_are_read_as_pint_reads_them(prefix: str, end: str) -> None:
+    for name in (f"{prefix}{unit}{end}" for unit in EACH):
+        if expected := read_by_pint(name):
+            assert base_units(name) == expected, name
+        else:
+            with pytest.raises(ValueError, match="has the"):
+                base_units(name)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 LIBRARIES = (
     *("numpy", "pandas", "xarray", "pyarrow.parquet", "scipy.signal", "scipy.optimize", "scipy.stats"),
     *("matplotlib.pyplot", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg"),
-    *("llvmlite.binding", "pydantic", "pint", "jinja2", "typer", "rich.progress", "rich.table"),
+    *("llvmlite.binding", "pydantic", "jinja2", "typer", "rich.progress", "rich.table"),
     *("hydroservo.cli.app", "hydroservo.figures.run", "hydroservo.figures.batch", "hydroservo.export.c"),
     "encodings.unicode_escape",  # of jinja2: another user may not be able to read Python's files
     *("hydroservo.figures.studies", "hydroservo.runs.tuning", "hydroservo.studies.running"),

@@ -1,4 +1,4 @@
-"""Units as text: a strict grammar here, the meaning of each name from pint."""
+"""Units as text: a strict grammar here, the meaning of each name from a table that pint made."""
 
 import json
 import re
@@ -40,22 +40,6 @@ SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 # Coherent units that stand in for others: of one name each, and of several.
 NAMED = ("m", "kg", "s", "A", "K", "rad", "N", "Pa", "J", "W", "C", "V", "ohm", "F")
 COMPOUND = ("", "m^2", "m^3", "m/s", "rad/s", "m^3/s", "m^3/(s Pa)")
-USUAL = "unit_names.json"
-PINT_NAMES = {
-    "%": "percent",
-    "rev": "revolution",
-    "°": "degree",
-    "°C": "degC",
-    "°F": "degF",
-    "lpm": "liter/minute",
-    "LPM": "liter/minute",
-    "gpm": "gallon/minute",
-    "GPM": "gallon/minute",
-    "lbm": "lb",
-    "kp": "kgf",
-    "barg": "bar",
-    "psig": "psi",
-}
 ABSOLUTE = {"bara": "bar", "psia": "psi"}
 
 
@@ -129,50 +113,48 @@ def joined_names(name: str) -> list[str]:
     return [part for part in joined.groups() if part] if joined else [name]
 
 
+@lru_cache(maxsize=1024)
 def base_units(name: str) -> tuple[Fraction, Dimension]:
     """One unit name as a factor times base units."""
-    return usual_units().get(name) or asked_of_pint(name)
-
-
-@cache
-def usual_units() -> dict[str, tuple[Fraction, Dimension]]:
-    """What pint says of the names that scenarios usually have; ``scripts/unit_names`` asked it."""
-    names = json.loads(files("hydroservo.scenario").joinpath(USUAL).read_text("utf-8"))
-    return {
-        name: (Fraction(factor), {base: Fraction(power) for base, power in bases.items()})
-        for name, (factor, bases) in names.items()
-    }
-
-
-@lru_cache(maxsize=1024)
-def asked_of_pint(name: str) -> tuple[Fraction, Dimension]:
-    """What pint knows of one unit name."""
-    import pint
-
     if name in ABSOLUTE:
         problem = f"has the unit {name}, of absolute pressures; give the pressure above the atmosphere's"
         raise ValueError(f"{problem}, in {ABSOLUTE[name]}")
-    registry, name = units(), PINT_NAMES.get(name, name)
-    try:
-        unit = registry.parse_units(name)
-    except pint.UndefinedUnitError:
-        lower = f"; did you mean {name.lower()}?" if is_unit(name.lower()) else ""
-        near = case_hint(name) or lower or nearest(name, registry)
-        raise ValueError(f"has the unknown unit {name}{near}") from None
-    except pint.PintError:  # a prefix on a unit with an offset or a logarithm
-        raise ValueError(f"has the unit {name}, which cannot be read") from None
-    if not registry.Quantity(1, unit)._is_multiplicative:
+    reading = next(readings(name), None)
+    if reading is None:
+        lower = f"; did you mean {name.lower()}?" if any(readings(name.lower())) else ""
+        near = case_hint(name) or lower or nearest(name, unit_names()["units"])
+        raise ValueError(f"has the unknown unit {name}{near}")
+    prefix, (factor, bases) = reading
+    if not factor and prefix != "1":
+        raise ValueError(f"has the unit {name}, which cannot be read")
+    if not factor:
         raise OffsetUnitError(f"has the unit {name}, which has an offset or a logarithm")
-    if str(unit).endswith("hertz"):  # which pint takes for 1/s
-        unit *= registry.turn
-    factor, bases = registry.get_root_units(unit)
-    return Fraction(factor), {base: Fraction(power) for base, power in bases._units.items()}
+    return Fraction(prefix) * Fraction(factor), {base: Fraction(power) for base, power in bases.items()}
+
+
+def readings(name: str) -> Iterator[tuple[str, Any]]:
+    """What a name may mean, the likeliest first: the factor of its prefix, and its unit."""
+    names = unit_names()
+    if name in names["alone"]:
+        yield "1", names["alone"][name]
+    for end in ("", "s"):
+        for prefix, factor in names["prefixes"].items():
+            middle = name[len(prefix) : len(name) - len(end)]
+            if name == prefix + middle + end and middle in names["units"] and len(middle) > len(end):
+                yield factor, names["units"][middle]
+
+
+@cache
+def unit_names() -> dict[str, Any]:
+    """Prefixes and units by name, as pint has them; ``scripts/unit_names`` asked it."""
+    return dict(json.loads(files("hydroservo.scenario").joinpath("unit_names.json").read_text("utf-8")))
 
 
 def case_hint(text: str) -> str:
     """The usual name that a name in a unit differs from by its case alone, as a question; "" if none does."""
-    names = [name for name, _ in powers(text) if name not in usual_units()]
-    pairs = ((name, usual) for name in names for usual in usual_units() if usual.lower() == name.lower())
+    every = unit_names()["usual"]
+    names = [name for name, _ in powers(text) if name not in every]
+    pairs = ((name, usual) for name in names for usual in every if usual.lower() == name.lower())
     return next((f"; did you mean {usual}?" for _, usual in pairs), "")
 
 
@@ -206,22 +188,3 @@ def of_dimension(text: str, units: tuple[str, ...]) -> str | None:
     """The first of some units that has the dimension of another."""
     dimension = factor_and_dimension(text)[1]
     return next((unit for unit in units if factor_and_dimension(unit)[1] == dimension), None)
-
-
-def is_unit(name: str) -> bool:
-    """Whether pint knows a unit of this name, with a prefix perhaps, which its list of names leaves out."""
-    import pint
-
-    try:
-        units().parse_units(name)
-    except pint.PintError:
-        return False
-    return True
-
-
-@cache
-def units() -> Any:
-    """pint's registry, which takes a fifth of a second to make; fractions keep conversion exact."""
-    import pint
-
-    return pint.UnitRegistry(non_int_type=Fraction)
