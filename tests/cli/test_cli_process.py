@@ -53,7 +53,7 @@ def test_wrong_usage_is_one_line_and_status_2():
 
 @pytest.mark.parametrize("module", ["hydroservo.cli", "hydroservo.cli.app"])
 def test_heavy_libraries_wait_until_they_are_used(module):
-    heavy = "{'matplotlib', 'xarray', 'pandas', 'numba', 'scipy', 'pyarrow', 'pydantic', 'pint', 'jinja2'}"
+    heavy = "{'matplotlib', 'numpy', 'xarray', 'pandas', 'scipy', 'pyarrow', 'pydantic', 'jinja2', 'rich'}"
     code = f"import sys, {module}; print(*sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, check=True)
     assert done.stdout.split() == []
@@ -103,6 +103,12 @@ try:
 finally:
     print(*{name.partition(".")[0] for name in sys.modules}, file=sys.stderr)
 """
+
+
+@pytest.mark.parametrize("words", [("--version",), ("scenarios",), ("studies",)])
+def test_what_says_little_loads_little(words):
+    done = subprocess.run([sys.executable, "-c", LOADED, *words], text=True, capture_output=True, check=True)
+    assert not set(done.stderr.split()) & {"jinja2", "llvmlite", "numpy", "pandas", "scipy", "xarray"}
 
 
 def test_a_run_that_leaves_no_files_waits_for_no_library_that_it_does_not_need():

@@ -12,13 +12,14 @@ import traceback
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any, NamedTuple
 
 LIBRARIES = (
-    *("numpy", "pandas", "xarray", "pyarrow.parquet", "scipy.signal", "scipy.optimize", "scipy.stats"),
+    *("numpy", "pandas", "xarray", "pyarrow.parquet", "scipy.special", "scipy.optimize"),
     *("matplotlib.pyplot", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg"),
     *("llvmlite.binding", "pydantic", "jinja2", "typer", "rich.progress", "rich.table"),
-    *("hydroservo.cli.app", "hydroservo.figures.run", "hydroservo.figures.batch", "hydroservo.export.c"),
+    *("hydroservo.figures.run", "hydroservo.figures.batch", "hydroservo.export.c"),
     "encodings.unicode_escape",  # of jinja2: another user may not be able to read Python's files
     *("hydroservo.figures.studies", "hydroservo.runs.tuning", "hydroservo.studies.running"),
 )
@@ -61,7 +62,11 @@ def warm_up() -> None:
     """Import what commands import, and read units once."""
     for name in LIBRARIES:
         import_module(name)
+    from hydroservo.cli.app import PLACES
     from hydroservo.scenario import load_scenario
+
+    for command in PLACES.values():
+        resolve_name(f"hydroservo.cli.{command}")
 
     load_scenario("paper/sine-pi")
 

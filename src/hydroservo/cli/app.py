@@ -1,42 +1,71 @@
-"""The commands: what each takes, and in which order it calls the library."""
+"""The commands: the module and the function of each, imported once it is asked for."""
 
-import sys
-from typing import Annotated
+from collections import UserDict
+from functools import cache, partial
+from pkgutil import resolve_name
+from typing import Annotated, Any
 
 import typer
+from typer.main import get_group
 
 from hydroservo._version import __version__
-from hydroservo.cli.audit import audit
-from hydroservo.cli.batch import batch
-from hydroservo.cli.bode import bode
-from hydroservo.cli.check import check
-from hydroservo.cli.completion import scenarios_like, studies_like
-from hydroservo.cli.describe import describe, schema
-from hydroservo.cli.export import export_app
-from hydroservo.cli.failures import Commands, Listing
-from hydroservo.cli.identify import identify
-from hydroservo.cli.limit import limit
-from hydroservo.cli.linearize import linearize
-from hydroservo.cli.log import log
-from hydroservo.cli.map import map_logs
-from hydroservo.cli.page import page
-from hydroservo.cli.paper import paper
-from hydroservo.cli.run import compare, run
-from hydroservo.cli.study import study
-from hydroservo.cli.tune import tune
+from hydroservo.cli.failures import Commands
+
+PLACES = {  # in the order of the help
+    "run": "run:run",
+    "compare": "run:compare",
+    "batch": "batch:batch",
+    "tune": "tune:tune",
+    "study": "study:study",
+    "limit": "limit:limit",
+    "linearize": "linearize:linearize",
+    "bode": "bode:bode",
+    "identify": "identify:identify",
+    "map": "map:map_logs",
+    "log": "log:log",
+    "check": "check:check",
+    "audit": "audit:audit",
+    "describe": "describe:describe",
+    "schema": "describe:schema",
+    "app": "page:page",
+    "paper": "paper:paper",
+    "scenarios": "listings:scenarios_app",
+    "studies": "listings:studies_app",
+    "export": "export:export_app",
+}
+
+
+class LateCommands(UserDict[str, Any]):
+    """Commands by name, each imported once it is asked for."""
+
+    def __getitem__(self, name: str) -> Any:
+        return command_of(name, self.data[name])
+
+
+@cache
+def command_of(name: str, place: str) -> Any:
+    """The command that a function is, or a group of some."""
+    found, holder = resolve_name(f"hydroservo.cli.{place}"), typer.Typer(rich_markup_mode="markdown")
+    add = partial(holder.add_typer, name=name) if isinstance(found, typer.Typer) else holder.command(name)
+    add(found)
+    return get_group(holder).commands[name]
+
+
+class AllCommands(Commands):
+    """The commands of hydroservo."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.commands = LateCommands(PLACES)
+
 
 app = typer.Typer(
-    cls=Commands,
+    cls=AllCommands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-scenarios_app = typer.Typer(cls=Listing, rich_markup_mode="markdown")
-app.add_typer(scenarios_app, name="scenarios")
-studies_app = typer.Typer(cls=Listing, rich_markup_mode="markdown")
-app.add_typer(studies_app, name="studies")
-app.add_typer(export_app, name="export")
 
 
 def print_version(wanted: bool) -> None:
@@ -56,93 +85,3 @@ def about(
 
     Start with `hydroservo scenarios` and `hydroservo run paper/sine-tsmc`.
     """
-
-
-app.command()(run)
-app.command()(compare)
-app.command()(batch)
-app.command()(tune)
-app.command()(study)
-app.command()(limit)
-app.command()(linearize)
-app.command()(bode)
-app.command()(identify)
-app.command("map")(map_logs)
-app.command()(log)
-app.command()(check)
-app.command()(audit)
-app.command()(describe)
-app.command()(schema)
-app.command("app")(page)
-app.command()(paper)
-
-
-@scenarios_app.callback(invoke_without_command=True)
-def scenarios(context: typer.Context) -> None:
-    """List the built-in scenarios, or show one."""
-    from hydroservo.cli.tables import show_titles
-    from hydroservo.scenario import scenarios
-
-    if context.invoked_subcommand is None:
-        show_titles(scenarios())
-
-
-@scenarios_app.command("show")
-def show_source(
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME", help="A built-in name, or a scenario file.", autocompletion=scenarios_like
-        ),
-    ],
-) -> None:
-    """Print a scenario, or what others build on, as TOML: the start of one of your own.
-
-    Example:
-
-    - `hydroservo scenarios show paper/sine-tsmc > my.toml`
-    - `hydroservo scenarios show rig/1khz`
-    """
-    from hydroservo.scenario import scenario_source
-
-    print_toml(scenario_source(name))
-
-
-@studies_app.callback(invoke_without_command=True)
-def studies(context: typer.Context) -> None:
-    """List the built-in studies, or show one."""
-    from hydroservo.cli.tables import show_titles
-    from hydroservo.studies.file import studies
-
-    if context.invoked_subcommand is None:
-        show_titles(studies())
-
-
-@studies_app.command("show")
-def show_study_source(
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME", help="A built-in name, or a study's file.", autocompletion=studies_like
-        ),
-    ],
-) -> None:
-    """Print a study as TOML: the start of one of your own.
-
-    Example:
-
-    - `hydroservo studies show small > my-study.toml`
-    """
-    from hydroservo.studies.file import study_source
-
-    print_toml(study_source(name))
-
-
-def print_toml(text: str) -> None:
-    """TOML in colour on a terminal, and as it is elsewhere."""
-    if sys.stdout.isatty():
-        from hydroservo.cli.tables import show_toml
-
-        show_toml(text)
-    else:
-        typer.echo(text, nl=False)

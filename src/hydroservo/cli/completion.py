@@ -4,19 +4,17 @@ from collections.abc import Iterable, Iterator
 from glob import escape
 from pathlib import Path
 
+from hydroservo.builtin import titles
+
 
 def scenarios_like(incomplete: str) -> list[str]:
     """Built-in scenarios, and TOML files and folders, whose names begin so."""
-    from hydroservo.scenario import scenarios
-
-    return [*beginning(scenarios(), incomplete), *files_like(incomplete)]
+    return [*beginning(titles("scenario"), incomplete), *files_like(incomplete)]
 
 
 def studies_like(incomplete: str) -> list[str]:
     """Built-in studies, and TOML files and folders, whose names begin so."""
-    from hydroservo.studies.file import studies
-
-    return [*beginning(studies(), incomplete), *files_like(incomplete)]
+    return [*beginning(titles("studies"), incomplete), *files_like(incomplete)]
 
 
 def types_like(incomplete: str) -> list[str]:

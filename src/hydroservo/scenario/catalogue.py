@@ -1,13 +1,9 @@
 """Built-in scenarios, and scenarios found by name or path."""
 
-import tomllib
-from collections.abc import Iterator
-from functools import cache
-from importlib.resources import files
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import TypeGuard
 
+from hydroservo.builtin import texts, titles
 from hydroservo.errors import ParameterError, ScenarioError, one_line, short
 from hydroservo.inputs import exists, read_text
 from hydroservo.nearest import nearest
@@ -18,8 +14,7 @@ LARGEST = 1 << 20  # bytes; a scenario is a few thousand
 
 def scenarios() -> dict[str, str]:
     """The name and title of each built-in scenario; without a title it is only what others build on."""
-    titles = {name: tomllib.loads(text).get("title") for name, text in builtin_texts().items()}
-    return {name: title for name, title in titles.items() if title is not None}
+    return titles("scenario")
 
 
 def scenario_source(source: str | Path) -> str:
@@ -84,16 +79,6 @@ def is_builtin(source: object) -> TypeGuard[str]:
     return isinstance(source, str) and source in builtin_texts()
 
 
-@cache
 def builtin_texts() -> dict[str, str]:
     """The texts of the built-in scenarios, and of what they build on, by name."""
-    root = files("hydroservo.scenario") / "builtin"
-    return dict(sorted(texts(root, "")))
-
-
-def texts(folder: Traversable, prefix: str) -> Iterator[tuple[str, str]]:
-    for item in folder.iterdir():
-        if item.is_dir():
-            yield from texts(item, f"{prefix}{item.name}/")
-        elif item.name.endswith(".toml"):
-            yield prefix + item.name.removesuffix(".toml"), item.read_text(encoding="utf-8")
+    return texts("scenario")

@@ -1,10 +1,9 @@
 """Studies from their files."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 
+from hydroservo import builtin
 from hydroservo.errors import ParameterError, ScenarioError, one_line
 from hydroservo.inputs import exists, read_text
 from hydroservo.nearest import nearest, one_of
@@ -61,7 +60,7 @@ def read_study(source: str | Path, changes: Mapping[str, object] | None = None) 
 
 def studies() -> dict[str, str]:
     """The name and title of each built-in study."""
-    return {name: str(parsed(found, name)["title"]) for name, found in builtin_texts().items()}
+    return builtin.titles("studies")
 
 
 def study_source(source: str | Path) -> str:
@@ -73,23 +72,16 @@ def study_source(source: str | Path) -> str:
     return located(source)[1]
 
 
-@cache
-def builtin_texts() -> dict[str, str]:
-    """The TOML text of each built-in study by its name."""
-    found = sorted(files("hydroservo.studies.builtin").iterdir(), key=lambda one: one.name)
-    ours = (one for one in found if one.name.endswith(".toml"))
-    return {one.name.removesuffix(".toml"): one.read_text("utf-8") for one in ours}
-
-
 def located(source: str | Path) -> tuple[Origin, str]:
     """Where a study comes from, and its text."""
     if not isinstance(source, str | Path):
         raise ParameterError("source", source, "must be the name of a study, or the path of a file")
-    if str(source) in builtin_texts():
-        return Origin(str(source), Path()), builtin_texts()[str(source)]
+    ours = builtin.texts("studies")
+    if str(source) in ours:
+        return Origin(str(source), Path()), ours[str(source)]
     path, name = Path(source), one_line(str(source))
     if not exists(path):
-        near = nearest(name, builtin_texts())
+        near = nearest(name, ours)
         raise ScenarioError(name, "", f"there is no such file, and no built-in study of that name{near}")
     return Origin(name, path.parent), read_text(path, LARGEST, name)
 
