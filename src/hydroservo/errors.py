@@ -41,6 +41,18 @@ class LoopError(HydroservoError):
     """Blocks that do not fit together, or a block that does not behave as one."""
 
 
+def require(library: str, extra: str, what: str) -> None:
+    """Refuse what needs a library that is not there, and say how to install it.
+
+    Raises:
+        HydroservoError: it is not there.
+    """
+    from importlib.util import find_spec
+
+    if find_spec(library) is None:
+        raise HydroservoError(f"{what} needs {library}: pip install 'hydroservo[{extra}]'")
+
+
 def system_problem(error: OSError) -> str:
     """What the system would not do, and with which file."""
     parts = (error.filename, error.strerror or str(error))

@@ -6,7 +6,9 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -171,10 +173,24 @@ def test_a_scheduler_is_asked_where_a_loop_runs_already_as_in_a_notebook(monkeyp
         asyncio.run(cell())
 
 
-def test_a_missing_library_is_one_line(tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "find_spec", lambda _name: None)
-    message = failed(*BATCH, "--out", f"{tmp_path}/", "--scheduler", "tcp://127.0.0.1:1")
-    assert message == f"hydroservo: {cluster.MISSING}\n"
+@pytest.mark.parametrize(
+    ("words", "library", "said"),
+    [
+        ((*BATCH, "--scheduler", "tcp://127.0.0.1:1", "--out", "new/"), "distributed", "--scheduler needs"),
+        ((*BATCH, "--out", "new/"), "pyarrow", "Parquet needs"),
+        ((*BATCH, "--out", "new/runs.parquet"), "pyarrow", "Parquet needs"),
+        (("run", "paper/sine-pi", "--format", "parquet", "--out", "new"), "pyarrow", "Parquet needs"),
+        (("study", "small", "--out", "new"), "pyarrow", "Parquet needs"),
+        (("log", "there.parquet"), "pyarrow", "Parquet needs"),
+    ],
+)
+def test_a_missing_library_is_one_line(tmp_path, monkeypatch, words, library, said):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, library, None)
+    Path("there.parquet").touch()
+    extra = {"distributed": "cluster", "pyarrow": "parquet"}[library]
+    assert failed(*words) == f"hydroservo: {said} {library}: pip install 'hydroservo[{extra}]'\n"
+    assert library == "distributed" or not Path("new").exists()
 
 
 @needs_posix

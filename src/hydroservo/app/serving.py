@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from hydroservo.app.guard import LOOPBACK, Door
 from hydroservo.app.source import Home
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.errors import HydroservoError, ParameterError, require
 from hydroservo.outputs import temporary_folder
 from hydroservo.runs.arguments import checked_path
 
@@ -52,11 +52,9 @@ def serve(
         HydroservoError: the libraries of ``hydroservo[app]`` are missing, or nobody can listen there.
         ScenarioError: the scenario does not say what it must.
     """
-    try:
-        import starlette  # noqa: F401
-        import uvicorn
-    except ImportError:
-        raise HydroservoError("the page needs: pip install 'hydroservo[app]'") from None
+    require("starlette", "app", "the page")
+    import uvicorn
+
     from hydroservo.app.routes import application
 
     listening = opened(address)

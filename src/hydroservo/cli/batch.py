@@ -117,7 +117,7 @@ def batch(
       --scheduler tcp://head:8786`
     """
     from hydroservo.cli.remarks import log_kernels
-    from hydroservo.errors import HydroservoError
+    from hydroservo.errors import HydroservoError, require
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.load import assembled
     from hydroservo.scenario.parts import Sampled
@@ -125,6 +125,8 @@ def batch(
 
     if not (ranges or seeds):
         raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
+    if answer.folder or any(file.suffix.lower() == ".parquet" for file in answer.files):
+        require("pyarrow", "parquet", "Parquet")
     check_sizes(runs, seed, answer.folder)
     check_workers(workers, scheduler, answer.folder, cuda)
     assembly = assembled(scenario, dict(map(parse_override, changes)), plugins)

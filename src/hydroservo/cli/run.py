@@ -10,6 +10,7 @@ import typer
 from hydroservo.cli.failures import naming
 from hydroservo.cli.frame import Answer, answers
 from hydroservo.cli.options import Changes, Plugins, Scenario, Several, Strict, Verbose, loaded
+from hydroservo.errors import require
 from hydroservo.runs.results import Format
 
 if TYPE_CHECKING:
@@ -56,6 +57,8 @@ def run(
     from hydroservo.runs.run import Mode, traced
     from hydroservo.runs.run_finding import run_finding
 
+    if answer.folder and form is Format.PARQUET:
+        require("pyarrow", "parquet", "Parquet")
     loop = loaded(scenario, changes, plugins)
     size = size_of([(scenario, loop)]) if answer.folder else 0
     mode = Mode(compiled=not interpreted, strict=strict)

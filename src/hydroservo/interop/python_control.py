@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import values
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.errors import ParameterError, require
 from hydroservo.linear.linearization import Linearization, Quantity
 from hydroservo.linear.linearize import linearized, seen_of
 from hydroservo.linear.operating_point import machine_point
@@ -19,10 +19,9 @@ Vector = NDArray[np.float64]
 
 def library() -> Any:
     """python-control."""
-    try:
-        import control
-    except ImportError:
-        raise HydroservoError("this needs python-control: pip install 'hydroservo[control]'") from None
+    require("control", "control", "this")
+    import control
+
     return control
 
 

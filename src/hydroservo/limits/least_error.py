@@ -5,12 +5,12 @@ import os
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.block import replace
+from hydroservo.errors import require
 from hydroservo.limits.beginning import of_run
 from hydroservo.limits.command import command_limits
 from hydroservo.limits.finding import limits_finding
 from hydroservo.limits.search import (
     best_commands,
-    check_installed,
     checked_samples,
     prepared,
     run_of,
@@ -92,7 +92,7 @@ def limit(loop: Loop, *, progress: Progress | None = None) -> Limits:
     stop short of one.
     """
     report = progress or (lambda _: None)
-    check_installed()
+    require("casadi", "limit", "a limit")
     loop = prepared(checked_loop(loop))
     limits = command_limits(loop)
     checked_samples(loop)

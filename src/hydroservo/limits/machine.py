@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hydroservo.block import replace
+from hydroservo.errors import require
 from hydroservo.limits.beginning import at_rest
 from hydroservo.limits.command import CommandLimits, Playback
 from hydroservo.limits.interval import machine_functions
 from hydroservo.limits.search import (
     best_commands,
-    check_installed,
     checked_samples,
     prepared,
     run_of,
@@ -41,7 +41,7 @@ def lawless(loop: Loop) -> Loop:
 
 def check_limited(loop: Loop) -> None:
     """Refuse what has no limits before anything is computed."""
-    check_installed()
+    require("casadi", "limit", "a limit")
     loop = prepared(loop)
     checked_samples(loop)
     machine_functions(loop)
@@ -57,7 +57,7 @@ def machine_limits(loop: Loop, limits: CommandLimits) -> MachineLimits:
         loop: without a law, its substeps a number.
         limits: of its command.
     """
-    check_installed()
+    require("casadi", "limit", "a limit")
     loop = prepared(loop)
     still = run_of(loop._replace(controller=Playback(np.zeros(checked_samples(loop) + 1))))
     found = best_commands(loop, limits, at_rest(loop, limits, still), lambda _: None, threads=1)

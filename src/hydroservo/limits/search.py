@@ -10,7 +10,7 @@ import numpy as np
 from hydroservo.block import leaves, replace, values
 from hydroservo.controlled import Command
 from hydroservo.cosimulation import refuse_foreign
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.errors import ParameterError
 from hydroservo.limits.beginning import COMMAND, DEMAND, Beginning, remembers
 from hydroservo.limits.command import CommandLimits, Playback
 from hydroservo.limits.foreknown import Foreknown, expected, foreknown, jumps
@@ -112,14 +112,6 @@ def compared(data: "xr.Dataset", sought: float, size: float) -> "xr.Dataset":
     return with_warning(
         data.assign_attrs(sought_rms_error=sought), [said] if abs(left - sought) > APART * size else []
     )
-
-
-def check_installed() -> None:
-    """Say how to install CasADi where it is missing."""
-    try:
-        import casadi  # noqa: F401
-    except ImportError:
-        raise HydroservoError("a limit needs CasADi: pip install 'hydroservo[limit]'") from None
 
 
 def prepared(loop: Loop) -> Loop:

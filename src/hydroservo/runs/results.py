@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.command_scale import in_command_unit
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.errors import HydroservoError, ParameterError, require
 from hydroservo.field import Field
 from hydroservo.outputs import atomic_path
 from hydroservo.runs.arguments import checked_path, checked_run, is_result
@@ -142,6 +142,7 @@ def save_csv(dataset: "xr.Dataset", path: Path) -> None:
 
 
 def save_parquet(dataset: "xr.Dataset", path: Path) -> None:
+    require("pyarrow", "parquet", "Parquet")
     import pyarrow.parquet as pq
 
     pq.write_table(arrow_table(dataset), path)

@@ -6,13 +6,12 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
-from importlib.util import find_spec
 from itertools import islice
 from time import monotonic
 from typing import Any
 
 from hydroservo._version import __version__
-from hydroservo.errors import HydroservoError, clipped
+from hydroservo.errors import HydroservoError, clipped, require
 from hydroservo.work.unit import Answer, Failure, Say, Unit, answer_to
 
 PATIENCE = 10  # s, for a scheduler to answer
@@ -20,7 +19,6 @@ AHEAD = 3  # units that each thread of a worker is given, so that it never waits
 FEWEST = 4  # units handed out while there is no worker
 PAUSE = 2.0  # s between two looks at how many threads there are
 GLANCE = 0.1  # s between two looks at what is done
-MISSING = "--scheduler needs distributed, which is not installed: pip install 'hydroservo[cluster]'"
 
 
 def on_scheduler(units: Sequence[Unit], address: str, say: Say) -> Generator[tuple[Unit, Answer]]:
@@ -34,8 +32,7 @@ def on_scheduler(units: Sequence[Unit], address: str, say: Say) -> Generator[tup
         address: of the scheduler, such as ``tcp://head:8786``.
         say: is told when there are no workers.
     """
-    if find_spec("distributed") is None:
-        raise HydroservoError(MISSING)
+    require("distributed", "cluster", "--scheduler")
     from distributed import as_completed
 
     with quiet(), connected(address) as client:

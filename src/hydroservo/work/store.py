@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo._version import __version__
-from hydroservo.errors import HydroservoError
+from hydroservo.errors import HydroservoError, require
 from hydroservo.inputs import exists, irregularity
 from hydroservo.outputs import OutputError, staged
 from hydroservo.work.unit import DIGITS
@@ -60,6 +60,7 @@ class Store:
     def __init__(
         self, folder: Path | str, name: str, content: Mapping[str, Any] | None = None, parts: str = PARTS
     ) -> None:
+        require("pyarrow", "parquet", "Parquet")
         self.folder, self.parts = Path(folder), Path(folder) / parts
         found = manifest_in(self.folder, name)
         if found is None and self.parts.exists():

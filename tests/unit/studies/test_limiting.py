@@ -110,5 +110,5 @@ def test_a_law_whose_commands_limit_is_searched_is_refused(tmp_path: Path) -> No
 
 def test_where_casadi_is_missing_it_is_said_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(HydroservoError, match=r"a limit needs CasADi: pip install 'hydroservo\[limit\]'"):
+    with pytest.raises(HydroservoError, match=r"a limit needs casadi: pip install 'hydroservo\[limit\]'"):
         asked(tmp_path, FILE)

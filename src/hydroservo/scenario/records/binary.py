@@ -15,7 +15,7 @@ import numpy as np
 from numpy.lib.format import read_array
 from numpy.typing import NDArray
 
-from hydroservo.errors import HydroservoError, ScenarioError
+from hydroservo.errors import HydroservoError, ScenarioError, require
 from hydroservo.inputs import check_regular
 from hydroservo.outputs import temporary_folder
 from hydroservo.scenario.records.columns import TIME, Choose, Column, Record, Samples
@@ -137,6 +137,7 @@ def numbers(values: NDArray[Any], name: str, column: Column, gaps: bool) -> NDAr
 
 @contextmanager
 def parquet(path: Path) -> Iterator[Table]:
+    require("pyarrow", "parquet", "Parquet")
     import pyarrow.parquet as pq
 
     with pq.ParquetFile(path) as file:
@@ -243,10 +244,7 @@ def process_with(library: str, extra: str, kind: str) -> Callable[[Path], Abstra
     """What reads a format for which another library must be installed."""
 
     def read(path: Path) -> AbstractContextManager[Table]:
-        from importlib.util import find_spec
-
-        if find_spec(library) is None:
-            raise HydroservoError(f"{kind} file needs {library}: pip install 'hydroservo[{extra}]'")
+        require(library, extra, f"{kind} file")
         return process_table(path)
 
     return read
