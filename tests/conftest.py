@@ -18,6 +18,9 @@ settings.load_profile("hydroservo")
 # Where interrupts are ignored, as in the background of a script, commands would ignore those of tests too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# As commands have it: threads cost more than matrices of six rows do. Libraries read it as they load.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 # Kernels of the tests stay out of the user's cache.
 os.environ["HYDROSERVO_CACHE_DIR"] = str(Path(__file__).parent.parent / ".pytest_cache" / "kernels")
 
