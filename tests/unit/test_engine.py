@@ -255,15 +255,15 @@ def test_one_kernel_serves_all_gains() -> None:
 
 
 class Shouting(NamedTuple):
-    """A system whose method raises: its table ends before its number of rows."""
+    """A system whose method raises: it reads beyond the end of an array."""
 
     rate: float = 1.0
-    table: Any = np.zeros(2)
+    knots: Any = np.zeros(2)
 
     def sample(self, s: Inner, t: float, dt: float) -> Inner:
         total = 0.0
-        for i in range(self.table.size + 1):
-            total += self.table[i]
+        for i in range(self.knots.size + 1):
+            total += self.knots[i]
         return Inner(s.a + total, s.b)
 
     machine, held, with_machine, between = Decay.machine, Decay.held, Decay.with_machine, Decay.between

@@ -35,11 +35,24 @@ class Nest(NamedTuple):
 class Rows(NamedTuple):
     table: Any
 
-    def sum(self, count: int) -> float:
+    def sum(self, scale: float) -> float:
         total = 0.0
-        for i in range(count):
-            total += self.table[i, 1] + len(self.table) * self.table.shape[1] + 0.5 * self.table.size
+        for i in range(len(self.table)):
+            total += self.table[i, 1] * scale + self.table.shape[1] + 0.5 * self.table.size
         return total + self.table[-1, 0]
+
+    def beyond(self, scale: float) -> float:
+        total = 0.0
+        for i in range(3):
+            total += self.table[i, 1]
+        return total
+
+
+def sum_of_rows(table: Any, count: int) -> float:
+    total = 0.0
+    for i in range(count):
+        total += table[i, 1] + len(table) * table.shape[1] + 0.5 * table.size
+    return total + table[-1, 0]
 
 
 def quotients(x: float, y: float, i: int) -> tuple[Any, ...]:
@@ -184,9 +197,12 @@ def test_a_division_by_zero_is_infinite_or_none() -> None:
 
 def test_arrays_are_read_within_their_bounds() -> None:
     rows = Rows(np.arange(6.0).reshape(2, 3))
-    assert machine(Rows.sum)(rows, 2) == rows.sum(2)
+    assert machine(Rows.sum)(rows, 2.5) == rows.sum(2.5)
+    with pytest.raises(CompileError, match=r"self.table\[i, 1\]': a whole number that may outgrow 0 to 1"):
+        machine(Rows.beyond)(rows, 2.5)
+    assert machine(sum_of_rows)(rows.table, 2) == sum_of_rows(rows.table, 2)
     with pytest.raises(RunError, match="a block raised an exception"):
-        machine(Rows.sum)(rows, 3)
+        machine(sum_of_rows)(rows.table, 3)
 
 
 def test_what_is_known_decides_what_is_compiled() -> None:

@@ -1,13 +1,14 @@
 """A function compiled as kernels are, to be called from Python."""
 
 import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 
 from hydroservo.block import Block
+from hydroservo.engine.flat import GIVEN
 from hydroservo.engine.llvm.entries import method_text
 from hydroservo.engine.machine_code import object_code
 from hydroservo.engine.native import Linked, RunError
@@ -57,29 +58,36 @@ class Compiled:
         return Linked(object_code(name, text, self.strict)), returned, len(list(numbers_in(returned)))
 
 
-def shape(value: Any, inside: bool = False) -> Any:
+def shape(value: Any, known: bool = False) -> Any:
     """The types of all that is in an argument; whole numbers and switches of blocks are known."""
     if isinstance(value, tuple):
-        return (type(value), *(shape(part, hasattr(value, "_fields")) for part in value))
-    if inside and isinstance(value, int):
+        return (type(value), *(shape(part, inside) for part, inside in parts(value)))
+    if known and isinstance(value, int):
         return (Known, value)
     if isinstance(value, np.ndarray):
-        return (Array, value.ndim)
+        return (Array, value.shape if known else (None,) * value.ndim)
     return next((kind for kind in (bool, int, float) if isinstance(value, kind)), type(value))
 
 
-def gather(value: Any, doubles: list[float], integers: list[int], inside: bool = False) -> None:
+def parts(value: tuple[Any, ...]) -> Iterator[tuple[Any, bool]]:
+    """What a tuple holds, and whether it is part of the code."""
+    names: Sequence[str] = getattr(value, "_fields", ())
+    for i, part in enumerate(value):
+        yield part, bool(names) and names[i] not in GIVEN
+
+
+def gather(value: Any, doubles: list[float], integers: list[int], known: bool = False) -> None:
     """Adds the numbers of an argument to those before it, but for those that are known."""
     if isinstance(value, tuple):
-        for part in value:
-            gather(part, doubles, integers, hasattr(value, "_fields"))
+        for part, inside in parts(value):
+            gather(part, doubles, integers, inside)
     elif isinstance(value, np.ndarray):
         if value.dtype != np.float64 or not value.flags.c_contiguous:
             raise TypeError(f"compiled code takes contiguous arrays of doubles, not of {value.dtype}")
         integers += [value.ctypes.data, *value.shape]
     elif isinstance(value, float):
         doubles.append(value)
-    elif not (inside and isinstance(value, int)):
+    elif not (known and isinstance(value, int)):
         integers.append(int(value))
 
 

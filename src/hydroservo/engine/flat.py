@@ -22,18 +22,19 @@ Place = Callable[[int], str]  # the text of an index
 
 
 class Kind(NamedTuple):
-    """What a leaf of a block is: float, an array of so many dimensions, a whole number, True or False.
+    """What a leaf of a block is: float, an array, a whole number, True or False.
 
-    A whole number or a switch is part of the code, for it decides what is computed at all; but for those that
-    the engine itself reads.
+    A whole number, a switch and the shape of an array are part of the code, for they decide what is computed
+    at all; but for those that are ``GIVEN``, of which arrays have their number of axes here.
     """
 
     type: type
-    which: int
+    which: Any
 
 
 FLOAT = Kind(float, 0)  # what most are
-GIVEN = {"periods", "substeps", "seed"}  # whole numbers that a kernel is given each time
+# Whole numbers, and arrays of a curve, that a kernel is given each time.
+GIVEN = {"coefficients", "knots", "periods", "seed", "substeps"}
 
 
 def shape(block: Block) -> Shape:
@@ -46,7 +47,7 @@ def kind(name: str, value: Any) -> Kind:
     if type(value) is float:
         return FLOAT
     if isinstance(value, np.ndarray):
-        return Kind(np.ndarray, value.ndim)
+        return Kind(np.ndarray, value.ndim if name in GIVEN else value.shape)
     return Kind(type(value), 0 if name in GIVEN or not is_whole(value) else int(value))
 
 
@@ -90,7 +91,9 @@ def stored(block: Block) -> Text:
     number, place = 0, 0
     for path, value in leaves(block):
         if isinstance(value, np.ndarray):
-            lengths = "".join(f"arrays[{place + 1 + axis}], " for axis in range(value.ndim))
+            given = path.rpartition(".")[2] in GIVEN
+            read = (f"arrays[{place + 1 + axis}]" for axis in range(value.ndim))
+            lengths = "".join(f"{one}, " for one in (read if given else value.shape))
             places[path] = f"array_at(arrays[{place}], ({lengths}))"
             place += 1 + value.ndim
         else:

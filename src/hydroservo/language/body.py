@@ -90,7 +90,11 @@ class Body:
         if not kinds:
             raise error("it never returns", tree, "let every path return a value")
         if len(kinds) > 1:
-            raise error("its returns have different types", self.returned[-1][1], "return one type")
+            raise error(
+                "its returns have different types",
+                self.returned[-1][1],
+                "return one type; write 1.0 and not 1 for a float",
+            )
         self.scope.function.returns = kinds.pop()
         self.scope.check_whole()
         return self.scope.function

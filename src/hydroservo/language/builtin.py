@@ -121,7 +121,7 @@ class Builtins:
 
     def length(self, node: ast.AST, value: Value) -> Value:
         if isinstance(value, Expression) and isinstance(value.type, Array):
-            return Length(INT, value, 0)
+            return length_of(value, value.type, 0)
         return Known(len(self.items(value, node)))
 
     def enumerated(self, node: ast.AST, value: Value) -> Value:
@@ -145,6 +145,12 @@ class Builtins:
         if isinstance(value, Expression) and isinstance(value.type, Record) and isinstance(name, Python):
             return Known(hasattr(value.type.cls, name.thing))
         raise self.scope.error(f"{ast.unparse(node)} is not supported", node)
+
+
+def length_of(array: Expression, kind: Array, axis: int) -> Value:
+    """The length of an axis of an array."""
+    known = kind.lengths[axis]
+    return Length(INT, array, axis) if known is None else Known(known)
 
 
 def class_of(kind: Type) -> type:

@@ -123,8 +123,9 @@ class Calls:
         """An array by its address and its lengths."""
         address, lengths = given
         assert isinstance(lengths, Several)
+        known = tuple(one.value if isinstance(one, Known) else None for one in lengths.items)
         parts = tuple(self.arithmetic.integer(one, node) for one in lengths.items)
-        return View(Array(len(parts)), self.arithmetic.integer(address, node), parts)
+        return View(Array(known), self.arithmetic.integer(address, node), parts)
 
     def where(self, given: Sequence[Value], node: ast.AST) -> Value:
         """``ops.where``."""

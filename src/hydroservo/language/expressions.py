@@ -14,7 +14,7 @@ import numpy as np
 from hydroservo.block import is_block
 from hydroservo.language.arithmetic import Arithmetic, is_truth
 from hydroservo.language.bindings import Binding
-from hydroservo.language.builtin import Builtins, several
+from hydroservo.language.builtin import Builtins, length_of, several
 from hydroservo.language.calls import Calls
 from hydroservo.language.names import identifier
 from hydroservo.language.scope import Scope, Value, known_value
@@ -31,7 +31,6 @@ from hydroservo.language.terms import (
     Expression,
     If,
     Known,
-    Length,
     Literal,
     Load,
     Member,
@@ -195,16 +194,16 @@ class Expressions:
 
     def of_array(self, base: Expression, kind: Array, name: str, node: ast.AST) -> Value:
         """What an array says of itself."""
-        lengths = [Length(INT, base, axis) for axis in range(kind.axes)]
+        lengths = [length_of(base, kind, axis) for axis in range(len(kind.lengths))]
         if name == "shape":
             return several(lengths)
         if name == "ndim":
-            return Known(kind.axes)
+            return Known(len(lengths))
         if name != "size":
             raise self.scope.error(f"{ast.unparse(node)!r} is not there", node)
-        total: Expression = lengths[0]
-        for length in lengths[1:]:
-            total = Operation(INT, "*", total, length)
+        total: Value = Known(1)
+        for length in lengths:
+            total = self.arithmetic.binary(ast.Mult(), total, length, node)
         return total
 
     def method(self, base: Expression, record: Record, name: str, node: ast.AST) -> Bound:
@@ -228,7 +227,7 @@ class Expressions:
         if isinstance(owner, Expression) and isinstance(owner.type, Memory):
             return Load(owner.type.element, owner, self.index(index, node))
         if isinstance(owner, Expression) and isinstance(owner.type, Array):
-            lengths: Sequence[Value] = [Length(INT, owner, axis) for axis in range(owner.type.axes)]
+            lengths = [length_of(owner, owner.type, axis) for axis in range(len(owner.type.lengths))]
             return Load(REAL, owner, self.flat_index(index, lengths, node))
         if not isinstance(owner, Table):
             raise self.scope.error("only tuples, vectors and arrays of recorded signals can be indexed", node)

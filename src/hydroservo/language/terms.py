@@ -81,9 +81,9 @@ class Memory:
 
 @dataclass(frozen=True)
 class Array:
-    """An array of floats with so many axes, whose address and lengths are given at run time."""
+    """An array of floats whose address is given at run time, and those of its lengths that are None here."""
 
-    axes: int
+    lengths: tuple[int | None, ...]
 
 
 Type = Scalar | Record | Known | Table | Matrix | Memory | Array

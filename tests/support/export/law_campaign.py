@@ -1,4 +1,4 @@
-"""Many random laws, each in C and in Python.
+"""Many random laws, each in Python, in C, and in machine code alone or in vector lanes.
 
 ``python -m tests.support.export.law_campaign COUNT [FIRST]`` tries so many, from that seed on, and counts.
 """
@@ -15,11 +15,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from random import Random
-from typing import NamedTuple
+from typing import Any, NamedTuple
+from zlib import crc32
 
 import numpy as np
 
-from hydroservo.block import Block
+from hydroservo.block import Block, values
+from hydroservo.engine import flat
+from hydroservo.engine.compiling import compiled, shape
+from hydroservo.engine.lanes import LANES, aligned, row
+from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS, kernel_text
+from hydroservo.engine.machine_code import object_code
+from hydroservo.engine.native import CompileError, Native
 from hydroservo.errors import LoopError
 from hydroservo.export.c import source
 from hydroservo.export.c.vectors import rows_at
@@ -53,6 +60,8 @@ STOPS = (
     TypeError,
     ValueError,
 )
+PERIOD = 1e-3  # s
+BEYOND = re.compile("out of the array's|may outgrow 0 to")
 AT_ONCE = 50  # laws in one program
 LIMITS = "-Wno-type-limits"  # a random comparison may well be always false
 SANITIZED = ("-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
@@ -94,22 +103,33 @@ def tried(name: str, text: str, folder: Path, inlined: bool = False) -> Tried | 
     loop = loop_of(own, text)
     try:
         with limited(), np.errstate(all="ignore"):
-            states = stepped(block_of(ready(loop), Part.CONTROLLER))
+            block = block_of(ready(loop), Part.CONTROLLER)
+            states = stepped(block)
             unit = exported_unit(loop, Part.CONTROLLER, prefix=name, title="a law", inlined=inlined)
+            problem = machine_problem(name, loop.controller)
     except TooLongError:
         return "stopped"
     except TranslationError as error:
-        said = str(error)
-        return "refused" if said.startswith(f"{own}/law.py, line ") and "\n" not in said else "badly refused"
+        return refused(str(error), own, contiguous(loop.controller))
     except LoopError:  # it stops in Python at the first sample
         return "stopped"
     except Exception:  # whatever the translation stumbles over
         return f"fails: {traceback.format_exc()}"
-    if not states:
-        return "stopped"
+    if problem or not states:
+        return f"fails: {problem}" if problem else "stopped"
     rows = rows_at(states, [signal.place for signal in unit.states])
     expected = [" ".join(map(bits, row)) for row in rows.tolist()]
     return Tried(name, unit, expected)
+
+
+def refused(said: str, folder: Path, law: Block) -> str:
+    """The word for a law that is refused, in one line and alike."""
+    other = refusal(law)
+    if BEYOND.search(said) and other == "it is not":  # how long an array is, a kernel is told when it runs
+        return "refused"
+    if not said.startswith(f"{folder}/law.py, line ") or "\n" in said:
+        return "badly refused"
+    return "refused" if said.endswith(other) else f"fails: {said}, but compiled {other}"
 
 
 def stepped(block: Block) -> list[Block]:
@@ -120,6 +140,77 @@ def stepped(block: Block) -> list[Block]:
             state = block.step(state, y, r)
             states.append(state)
     return states
+
+
+def machine_problem(name: str, law: Block) -> str:
+    """What strict machine code gives otherwise than Python, alone or in lanes in turn; empty for nothing."""
+    return (alone if crc32(name.encode()) % 2 else in_lanes)(contiguous(law))
+
+
+def contiguous(law: Block) -> Block:
+    """A law whose arrays stand in memory as the engine wants them."""
+    arrays = {name: value for name, value in law._asdict().items() if isinstance(value, np.ndarray)}
+    return law._replace(**{name: np.ascontiguousarray(value) for name, value in arrays.items()})
+
+
+def alone(law: Block) -> str:
+    """What strict machine code gives otherwise than Python; empty for nothing."""
+    step = compiled(type(law).step)
+    for before, (y, r), after in samples(law):
+        found = step(law, before, y, r, PERIOD)
+        if list(map(bits, values(found))) != list(map(bits, values(after))):
+            return f"{found} is not {after}"
+    return ""
+
+
+def in_lanes(law: Block) -> str:
+    """The same of strict machine code that steps many laws side by side."""
+    start, (y, r), rows = law.init(), ROWS[0], samples(law)
+    width = len(values(start))
+    build, load, store = flat.builder(law), flat.loader(start, row(0)), flat.storer(start, row(0))
+    measured, demanded = flat.loader(y, row(width)), flat.loader(r, row(width + len(y)))
+
+    def many(constants, tables, memory):  # type: ignore[no-untyped-def]
+        law = build(constants, tables)
+        for lane in range(LANES):
+            s = law.step(load(memory, lane), measured(memory, lane), demanded(memory, lane), PERIOD)
+            store(memory, lane, s)
+        return 0
+
+    many.__module__ = flat.__name__  # whose functions may use memory
+    text = kernel_text("many", many, (DOUBLES, INTEGERS, DOUBLES))
+    memory = aligned(width + len(y) + len(r))
+    for lane in range(LANES if rows else 0):
+        before, (y, r), _ = rows[lane % len(rows)]
+        memory[:, lane] = [*values(before), *y, *r]
+    Native(object_code("many", text, strict=True))(flat.numbers(law), flat.arrays(law), memory)
+    for lane in range(LANES if rows else 0):
+        after = values(rows[lane % len(rows)][2])
+        if list(map(bits, memory[:width, lane])) != list(map(bits, after)):
+            return f"{memory[:width, lane]} is not {after} in lanes"
+    return ""
+
+
+def samples(law: Block) -> list[tuple[Block, Any, Block]]:
+    """The states of a law before and after each sample, as far as Python goes."""
+    state, found = law.init(), []
+    with suppress(*STOPS):
+        for y, r in ROWS:
+            after = law.step(state, y, r, PERIOD)
+            found.append((state, (y, r), after))
+            state = after
+    return found
+
+
+def refusal(law: Block) -> str:
+    """Why machine code refuses a law."""
+    try:
+        _, first, _ = compiled(type(law).init).made((shape(law),))
+        given = (law, law.init(), *ROWS[0], PERIOD)
+        _, after, _ = compiled(type(law).step).made(tuple(map(shape, given)))
+    except CompileError as error:
+        return str(error)
+    return "it is not" if after == first else "it must return the record that init returns, with floats in it"
 
 
 def bits(x: float) -> str:

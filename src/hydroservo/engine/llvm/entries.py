@@ -128,7 +128,7 @@ class Arguments:
         if isinstance(kind, Array):
             found = w.emit(f"inttoptr i64 {self.integer()} to ptr")
             found = w.emit(f"insertvalue {w.module.type(kind)} poison, ptr {found}, 0")
-            for axis in range(kind.axes):
+            for axis in range(len(kind.lengths)):
                 found = w.emit(f"insertvalue {w.module.type(kind)} {found}, i64 {self.integer()}, {axis + 1}")
             return found
         if kind == REAL:

@@ -79,7 +79,7 @@ class Module:
                 self.types.append(f"{self.records[kind]} = type {{{inner}}}")
             return self.records[kind]
         if isinstance(kind, Array):
-            return f"{{{', '.join(['ptr', *['i64'] * kind.axes])}}}"
+            return f"{{{', '.join(['ptr', *['i64'] * len(kind.lengths)])}}}"
         if kind == NOTHING:
             return "void"
         return "ptr" if isinstance(kind, Memory) else NUMBERS[kind]  # type: ignore[index]
