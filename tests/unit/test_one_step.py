@@ -8,15 +8,18 @@ import hydroservo as hs
 from hydroservo.block import value_at
 from hydroservo.errors import ParameterError
 from hydroservo.identification.observer import fading_gain
+from hydroservo.identification.problem import delay_of, simulated
 from tests.support.synthetic_logs import NOISE, SCENARIO, SHORT, exact_log
 
 TOLD = ("plant.mass", "plant.bulk_modulus", "valve.time_constant")
 RANGES = dict.fromkeys((*TOLD, "plant.damping"), "-40%..+70%")
 WRONG = {"plant.mass": 7.0}
 BRIEF = SHORT | {"simulation.duration": "1.5 s"}
-PUSHED = BRIEF | {"load.type": "Sine", "load.amplitude": "300 N", "load.frequency": "0.1 Hz"}
+LOAD = {"load.type": "Sine", "load.amplitude": "300 N", "load.frequency": "0.1 Hz"}
+PUSHED = BRIEF | LOAD
 NOISY = {"velocity": 5e-3, "load_force": 50.0}
 HORIZON = 0.02
+CHANGED = 700  # a sample
 
 
 def with_noise(exact, noise, seed):
@@ -44,15 +47,40 @@ def test_a_slow_load_that_no_one_recorded_spoils_a_simulation_and_not_a_predicti
         assert abs(both[1][path]) < 0.03, path
 
 
-def test_noise_spoils_a_prediction_and_not_a_simulation():
+def test_a_short_prediction_under_such_a_load_tells_what_the_machine_is():
+    log = with_noise(exact_log(SHORT | LOAD), NOISE, 0)
+    found = hs.identify(SCENARIO, log, RANGES, changes=SHORT | WRONG, threads=1, horizon=5e-3)
+    for path, error in relative_errors(found).items():
+        assert abs(error) < 0.03, path
+
+
+def test_noise_spoils_neither_a_simulation_nor_a_prediction():
     log = with_noise(exact_log(BRIEF), NOISY, 0)
-    simulated = hs.identify(SCENARIO, log, RANGES, changes=BRIEF | WRONG, threads=1)
-    one = simulated.parameters["plant.mass"]
-    assert one.low < 6.0 < one.high
-    assert simulated.horizon is None
-    predicted = hs.identify(SCENARIO, log, RANGES, changes=BRIEF | WRONG, threads=1, horizon=HORIZON)
-    assert predicted.parameters["plant.mass"].value > 1.5 * 6.0
-    assert predicted.horizon == HORIZON
+    for horizon in (None, HORIZON):
+        found = hs.identify(SCENARIO, log, RANGES, changes=BRIEF | WRONG, threads=1, horizon=horizon)
+        one = found.parameters["plant.mass"]
+        assert one.low < 6.0 < one.high
+        assert found.horizon == horizon
+
+
+@pytest.mark.parametrize("late", [-0.4, 0.0, 0.4])
+def test_a_prediction_does_not_know_the_sample_that_it_predicts(late):
+    log = with_noise(exact_log(BRIEF), NOISE, 0)
+    fitted = hs.identify(
+        SCENARIO, log, {"plant.mass": "-40%..+70%"}, changes=BRIEF, threads=1, horizon=5e-3
+    ).fitted
+    (one,) = fitted.problem.experiments
+    other = one.observer.measured.copy()
+    other[CHANGED] *= 1.5
+    changed = one._replace(observer=one.observer._replace(measured=other))
+    x = fitted.best.x.copy()
+    x[delay_of(fitted.problem, 0)] = late
+    (before,), (after,) = (
+        simulated(fitted.problem._replace(experiments=[each]), x, slopes=False) for each in (one, changed)
+    )
+    for name, values in before.values.items():
+        np.testing.assert_array_equal(values[: CHANGED + 1], after.values[name][: CHANGED + 1])
+        assert np.any(values[CHANGED + 1 :] != after.values[name][CHANGED + 1 :])
 
 
 @pytest.mark.parametrize(

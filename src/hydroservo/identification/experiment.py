@@ -58,6 +58,11 @@ class Experiment(NamedTuple):
     observer: Observer | None = None
     unseen: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
+    @property
+    def whole(self) -> int | None:
+        """About how many samples its observer takes signals to be late; None of a simulation."""
+        return None if self.observer is None else self.observer.whole
+
 
 def experiment(
     loop: Loop, segment: Segment, varied: Sequence[str], substeps: int, moving: bool = False
@@ -146,6 +151,7 @@ def predicted(
     columns: Mapping[str, NDArray[np.float64]],
     threads: int,
     offsets: Mapping[str, NDArray[np.float64]] | None = None,
+    late: NDArray[np.float64] | None = None,
 ) -> Traces:
     """What the machine would have shown with each of some sets of parameters.
 
@@ -155,6 +161,7 @@ def predicted(
             among them, the loop's own value holds.
         threads: how many to use.
         offsets: of the sensors that an observer follows, arrays of shape (runs,) by signal.
+        late: by how many samples what an observer follows comes later, shape (runs,).
 
     Returns:
         Shape (samples, signals, runs), the signals those of MachineOutputs; nan once a run is lost.
@@ -172,7 +179,9 @@ def predicted(
                 {key: values[first : first + LANES] for key, values in rows.items()}
                 for rows in (started, offsets or {})
             )
-            after = corrector(one.observer, kernel, reads) if one.observer else None
+            after = None
+            if one.observer is not None and late is not None:
+                after = corrector(one.observer, kernel, reads, late[first : first + LANES])
             return traced(kernel, own, samples, period, after)[:, :, : min(LANES, size - first)]
 
         firsts = range(0, size, LANES)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hydroservo.block import leaves
 from hydroservo.identification.later import PUSH
+from hydroservo.identification.shift import cubic
 from hydroservo.identification.signals import OUTPUTS
 
 if TYPE_CHECKING:
@@ -25,14 +26,16 @@ class Observer(NamedTuple):
     """What corrects a simulated machine after each sample.
 
     Attributes:
-        measured: what it follows, the log's delay taken out, shape (samples, signals); nan where nothing was.
+        measured: what it follows, shape (samples, signals); nan where nothing was.
         paths: the numbers that it corrects: states, and the unknown force.
         gain: of each on the difference of each measured and simulated signal, shape (numbers, signals).
+        whole: about how many samples what is measured comes after what is simulated.
     """
 
     measured: Matrix
     paths: Sequence[str]
     gain: Matrix
+    whole: int
 
 
 def rows_of(kernel: "CompiledLanes", paths: Sequence[str]) -> list[int]:
@@ -42,13 +45,19 @@ def rows_of(kernel: "CompiledLanes", paths: Sequence[str]) -> list[int]:
     return [layout.varied.index(PUSH) if path == PUSH else states[path] for path in paths]
 
 
-def corrector(observer: Observer, kernel: "CompiledLanes", offsets: Mapping[str, Matrix]) -> After:
+def corrector(
+    observer: Observer, kernel: "CompiledLanes", offsets: Mapping[str, Matrix], late: Matrix
+) -> After:
     """What corrects the lanes of a group once a sample is done: x <- x + K (y - offset - seen).
+
+    What was seen is as late as y is, by a cubic that ends at the last sample: so y - offset - seen is what
+    is left of a prediction, which knows nothing of y itself or of what came after it.
 
     Args:
         observer: the observer.
         kernel: of the lanes.
         offsets: of sensors, of the runs in these lanes, by signal.
+        late: by how many samples what is measured comes later, of these runs.
     """
     from hydroservo.engine.lanes import LANES
 
@@ -56,14 +65,24 @@ def corrector(observer: Observer, kernel: "CompiledLanes", offsets: Mapping[str,
     reads = np.zeros((len(OUTPUTS), LANES))
     for i, name in enumerate(OUTPUTS):
         if name in offsets:
-            reads[i] = np.resize(offsets[name], LANES)
-            reads[i, offsets[name].size :] = offsets[name][-1]
+            reads[i] = in_lanes(offsets[name], LANES)
+    part = in_lanes(late, LANES) - observer.whole
+    last: list[Matrix] = []
 
     def after(k: int, memory: Matrix) -> None:
-        apart = observer.measured[k][:, np.newaxis] - reads - memory[sums : sums + len(OUTPUTS)]
-        memory[rows] += observer.gain @ np.where(np.isfinite(apart), apart, 0.0)
+        seen = memory[sums : sums + len(OUTPUTS)].copy()
+        last[:] = [seen, *last[:3]] if last else [seen] * 4
+        place = k - 1 + observer.whole
+        if 0 <= place < len(observer.measured):
+            apart = observer.measured[place][:, np.newaxis] - reads - cubic(last, part)
+            memory[rows] += observer.gain @ np.where(np.isfinite(apart), apart, 0.0)
 
     return after
+
+
+def in_lanes(values: Matrix, lanes: int) -> Matrix:
+    """Values of runs in as many lanes, of which the last ones repeat the last run."""
+    return np.append(values, np.full(lanes - values.size, values[-1]))
 
 
 def fading_gain(transition: Matrix, seen: Matrix, noise: Matrix, forgetting: float) -> Matrix:

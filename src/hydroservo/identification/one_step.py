@@ -16,7 +16,6 @@ from hydroservo.identification.misfit import Weights
 from hydroservo.identification.observer import CORRECTED, Observer, fading_gain, rows_of
 from hydroservo.identification.problem import Problem, columns_at, delay_of
 from hydroservo.identification.search import Report, Solution, first_weights, settled
-from hydroservo.identification.shift import shifted
 from hydroservo.identification.signals import OUTPUTS
 
 if TYPE_CHECKING:
@@ -77,11 +76,11 @@ def predicting(problem: Problem, x: Matrix, horizon: float, weights: Weights | N
     An observer lets each simulated machine follow what was measured, and an unknown force on the rod with
     it::
 
-        x_(k+1) = f(x_k, u_k; theta) + K (y_k - h(x_k; theta))
+        x_(k+1) = f(x_k, u_k; theta) + K (y_(k-1) - yhat_(k-1)(theta))
 
-    so that a residual tells of the last ``horizon`` alone. K is that of least squares which forget within the
-    horizon, for the machine at ``x``, linearised along the log; it stays as it is while parameters are
-    sought.
+    with the prediction yhat, as late as y is, so that a residual tells of the last ``horizon`` alone. K is
+    that of least squares which forget within the horizon, for the machine at ``x``, linearised along the log;
+    it stays as it is while parameters are sought.
 
     Args:
         problem: of simulations.
@@ -90,8 +89,8 @@ def predicting(problem: Problem, x: Matrix, horizon: float, weights: Weights | N
         weights: of each signal; None takes its noise.
 
     Source: Ljung, System Identification, 1999, secs. 3.2 and 4.3 (predictions with an observer's gain).
-    Fails to be free of the bias that noise makes, for what is predicted depends on noise too; and follows an
-    unknown force no faster than the horizon.
+    Fails to be free of bias where noise is large and the horizon is of a few samples, for the gain is not
+    that which this noise asks for; and follows an unknown force no faster than the horizon.
     """
     weights = weights or first_weights(problem)
     found = [observed(problem, i, x, weights, horizon) for i in range(len(problem.experiments))]
@@ -116,10 +115,10 @@ def observed(problem: Problem, number: int, x: Matrix, weights: Weights, horizon
     gain = np.zeros((len(machine.paths), len(names)))
     gain[:, places] = machine.spreads[:, np.newaxis] * small
     measured = np.full((segment.samples, len(names)), np.nan)
-    late = x[delay_of(problem, segment.log)]
     for place, values in zip(places, segment.measured.values(), strict=True):
-        measured[:, place] = shifted(values, -late)
-    return plain._replace(observer=Observer(measured, machine.paths, gain))
+        measured[:, place] = values
+    whole = round(x[delay_of(problem, segment.log)])
+    return plain._replace(observer=Observer(measured, machine.paths, gain, whole))
 
 
 def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: float) -> Linear:

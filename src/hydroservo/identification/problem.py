@@ -210,10 +210,10 @@ def one_simulated(problem: Problem, number: int, x: Vector, slopes: bool) -> Sim
     slopes_of = np.zeros((one.segment.samples, len(signals), x.size))
     slopes_of[:, :, moved] = (shown[:, :, 1::2] - shown[:, :, 2::2]) / apart
     late = delay_of(problem, log)
-    table = shifted(slopes_of, x[late])
+    table = shifted(slopes_of, x[late], one.whole)
     if slopes:
-        table[:, :, late] += slope_of_shift(shown[:, :, 0], x[late])
-    own = shifted(shown[:, :, 0], x[late])
+        table[:, :, late] += slope_of_shift(shown[:, :, 0], x[late], one.whole)
+    own = shifted(shown[:, :, 0], x[late], one.whole)
     values = {name: own[:, j] for j, name in enumerate(signals)}
     found = {name: table[:, j] for j, name in enumerate(signals)}
     for i, unknown in enumerate(problem.unknowns):
@@ -231,9 +231,10 @@ def delay_of(problem: Problem, log: int) -> int:
 def concerns(problem: Problem, unknown: Unknown, segment: int) -> bool:
     """Whether a segment must be simulated again where an unknown changes."""
     one = problem.experiments[segment]
-    late = unknown.where == one.segment.log and unknown.key in one.varied
-    followed = unknown.where == one.segment.log and one.observer is not None
-    of = {"start": unknown.where == segment, "delay": late, "offset": followed}
+    own = unknown.where == one.segment.log
+    followed = own and one.observer is not None
+    late = own and unknown.key in one.varied
+    of = {"start": unknown.where == segment, "delay": followed or late, "offset": followed}
     return of.get(unknown.kind, True)
 
 
@@ -272,7 +273,7 @@ def columns_at(problem: Problem, points: Vector, segment: int) -> Columns:
     every = problem.columns(problem.space.values(points[:, :count]))
     found = {path: values for path, values in every.items() if path in known}
     for unknown, values in zip(problem.unknowns[count:], points[:, count:].T, strict=True):
-        if unknown.kind != "offset" and concerns(problem, unknown, segment):
+        if unknown.key in known and concerns(problem, unknown, segment):
             found[unknown.key] = unknown.scale * values
     return found
 
@@ -305,7 +306,8 @@ def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
         for i, unknown in enumerate(problem.unknowns[count:], count)
         if unknown.kind == "offset" and unknown.where == one.segment.log
     }
-    return predicted(one, columns_at(problem, points, segment), problem.threads, offsets)
+    late = points[:, delay_of(problem, one.segment.log)]
+    return predicted(one, columns_at(problem, points, segment), problem.threads, offsets, late)
 
 
 def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unknown]) -> Vector:

@@ -105,7 +105,7 @@ def losses(problem: Problem, points: Matrix, weights: Weights) -> Matrix:
     for number, one in enumerate(problem.experiments):
         shown = runs_at(problem, points, number)
         late = points[:, delay_of(problem, one.segment.log)]
-        shown = np.stack([shifted(shown[:, :, run], delay) for run, delay in enumerate(late)], axis=2)
+        shown = np.stack([shifted(shown[:, :, k], delay, one.whole) for k, delay in enumerate(late)], axis=2)
         for name, measured in one.segment.measured.items():
             values = shown[:, PLACES[name], :]
             if (one.segment.log, name) in offsets:
