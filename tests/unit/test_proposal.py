@@ -53,6 +53,16 @@ def width(one):
     return math.log(one.high / one.low)
 
 
+def test_no_number_is_surer_than_white_noise_leaves_it(found):
+    sure = found.fitted.sure
+    prior = np.diag([one.prior for one in found.fitted.problem.unknowns])
+    white = np.sqrt(np.diag(np.linalg.inv(sure.information + prior)))
+    assert (sure.deviations > 0.999 * white).all()
+    truth = hs.load_scenario(SCENARIO, CALM)
+    for path, one in found.parameters.items():
+        assert one.low < value_at(truth, path) < one.high, path
+
+
 def test_a_log_of_the_proposed_command_narrows_intervals_as_promised(found, proposed, log, tmp_path):
     assert not found.parameters["plant.bulk_modulus"].identifiable
     assert "plant.bulk_modulus" in proposed.asked

@@ -52,6 +52,8 @@ def uncertainty(problem: Problem, found: Misfit, seed: int) -> Uncertainty:
     autocorrelation, so that residuals which hang together, as where the model misses something, widen what
     is found. That is asked of what each sample does to each unknown, A^-1 J' psi(r), and not of the scores,
     of which mixtures nearly cancel: there, small errors of autocorrelations would make large ones.
+    No number is surer than white noise would leave it: of an unknown that a few samples tell, as a state at
+    the start, B sees too little, for the fit has gone through these.
 
     As a check, blocks of the logs are drawn with replacement, and what the unknowns would be then follows
     from one step of Newton's method.
@@ -75,7 +77,9 @@ def uncertainty(problem: Problem, found: Misfit, seed: int) -> Uncertainty:
     apart = spacing(problem)
     influence = [in_groups(one, apart) @ inverse for one in scores]
     covariance = few * long_run_covariance(influence) + inverse @ prior @ inverse
-    return Uncertainty(0.5 * (covariance + covariance.T), information, resampled(scores, bends, prior, seed))
+    wider = np.sqrt(np.maximum(np.diag(inverse) / np.diag(covariance), 1.0))
+    covariance = 0.5 * (covariance + covariance.T) * np.outer(wider, wider)
+    return Uncertainty(covariance, information, resampled(scores, bends, prior, seed))
 
 
 def parts_of(problem: Problem, found: Misfit) -> tuple[list[Matrix], list[Matrix]]:
