@@ -30,12 +30,14 @@ class Observer(NamedTuple):
         paths: the numbers that it corrects: states, and the unknown force.
         gain: of each on the difference of each measured and simulated signal, shape (numbers, signals).
         whole: about how many samples what is measured comes after what is simulated.
+        force: that would move the states by their spread within a sample [N].
     """
 
     measured: Matrix
     paths: Sequence[str]
     gain: Matrix
     whole: int
+    force: float
 
 
 def rows_of(kernel: "CompiledLanes", paths: Sequence[str]) -> list[int]:

@@ -14,7 +14,7 @@ from hydroservo.identification.experiment import Experiment, kernel_for
 from hydroservo.identification.later import PUSH
 from hydroservo.identification.misfit import Weights
 from hydroservo.identification.observer import CORRECTED, Observer, fading_gain, rows_of
-from hydroservo.identification.problem import Problem, columns_at, delay_of
+from hydroservo.identification.problem import FAR, Problem, Unknown, columns_at, delay_of
 from hydroservo.identification.search import Report, Solution, first_weights, settled
 from hydroservo.identification.signals import OUTPUTS
 
@@ -61,6 +61,7 @@ def best_prediction(
     best = simulated
     for number in range(DESIGNS):
         problem = predicting(problem, best.x, horizon)
+        best = best._replace(x=np.append(best.x, problem.usual[best.x.size :]))
         best = settled(problem, best, partial(of_design, report, number))
     return problem, best
 
@@ -94,7 +95,22 @@ def predicting(problem: Problem, x: Matrix, horizon: float, weights: Weights | N
     """
     weights = weights or first_weights(problem)
     found = [observed(problem, i, x, weights, horizon) for i in range(len(problem.experiments))]
-    return problem._replace(experiments=found)
+    known = [one.key for one in problem.unknowns]
+    begun = [] if PUSH in known else [force_at_start(one, i) for i, one in enumerate(found)]
+    return problem._replace(
+        experiments=found,
+        unknowns=[*problem.unknowns, *begun],
+        usual=np.append(problem.usual, np.zeros(len(begun))),
+    )
+
+
+def force_at_start(one: Experiment, number: int) -> Unknown:
+    """The force at the start of a segment by which the scenario's load is wrong.
+
+    Were it not sought, the observer would take some horizons to find it, and all else would make up for that.
+    """
+    force = 1.0 if one.observer is None else one.observer.force
+    return Unknown(f"force at {one.segment.start:g} s", "start", number, PUSH, force, -FAR, FAR)
 
 
 def observed(problem: Problem, number: int, x: Matrix, weights: Weights, horizon: float) -> Experiment:
@@ -118,7 +134,8 @@ def observed(problem: Problem, number: int, x: Matrix, weights: Weights, horizon
     for place, values in zip(places, segment.measured.values(), strict=True):
         measured[:, place] = values
     whole = round(x[delay_of(problem, segment.log)])
-    return plain._replace(observer=Observer(measured, machine.paths, gain, whole))
+    force = float(machine.spreads[-1]) * horizon / segment.period
+    return plain._replace(observer=Observer(measured, machine.paths, gain, whole, force))
 
 
 def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: float) -> Linear:

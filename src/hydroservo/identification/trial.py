@@ -166,9 +166,10 @@ def covariance_with(found: Identified, command: Matrix, shown: Matrix, like: Seg
     problem = fit.problem._replace(experiments=[playing], unknowns=unknowns, spread=spread, usual=x)
     if found.horizon is not None:
         problem = predicting(problem, x, found.horizon, weights)
+        x = problem.usual
     slopes = misfit(problem, x, weights).slopes
     information: Matrix = slopes.T @ slopes / inflation(found)
-    information[count:, count:] += np.diag([one.prior for one in unknowns[count:]])
+    information[count:, count:] += np.diag([one.prior for one in problem.unknowns[count:]])
     information[:count, :count] += np.linalg.inv(fit.sure.covariance[:count, :count])
     found_with: Matrix = np.asarray(np.linalg.inv(information), dtype=np.float64)
     return found_with[:count, :count]
