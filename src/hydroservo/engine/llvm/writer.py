@@ -145,8 +145,9 @@ class Body:
         self.count = 0
         self.label = "entry"
         self.names: dict[str, Any] = {}
-        self.changing: dict[str, tuple[str, str]] = {}
+        self.changing: dict[str, Any] = {}
         self.loops: list[tuple[str, str]] = []  # where a turn and the loop end
+        self.result: Any = None  # where a record is put that is returned at several places
         self.fails = function is not None and module.fails(function)
         self.failed = False
 
@@ -157,11 +158,16 @@ class Body:
         self.names = {name: f"%a{i}" for i, (name, _) in enumerate(kinds)}
         taken = [f"{module.type(kind)} %a{i}" for i, (_, kind) in enumerate(kinds)]
         taken += ["ptr %failed"] * self.fails
-        self.changing = {name: (self.slot(kind), module.type(kind)) for name, kind in function.locals.items()}
+        self.changing = {name: self.slot(kind) for name, kind in function.locals.items()}
+        returned = module.type(function.returns)
+        if isinstance(function.returns, Record) and len(returns_in(function.body)) > 1:
+            self.result = self.slot(function.returns)
         self.statements(function.body)
         if self.label:
             self.lines.append("  unreachable")
-        returned = module.type(function.returns)
+        if self.result is not None:
+            self.enter("done")
+            self.leave(f"ret {returned} {self.taken(self.result, function.returns)}")
         if self.failed:
             self.lines += [
                 "raised:",
@@ -185,11 +191,29 @@ class Body:
         self.lines.append(f"  {found} = {text}")
         return found
 
-    def slot(self, kind: Type) -> str:
-        """Memory of the stack for a value."""
+    def slot(self, kind: Type) -> Any:
+        """Memory of the stack for a value; of a record, for each of its numbers."""
+        if isinstance(kind, Record):
+            return [self.slot(part) for part in fields_of(kind).values()]
         found = self.fresh()
         self.slots.append(f"  {found} = alloca {self.module.type(kind)}")
         return found
+
+    def put(self, slot: Any, kind: Type, value: str) -> None:
+        """A new value for what stands in memory of the stack."""
+        own = self.module.type(kind)
+        if not isinstance(kind, Record):
+            self.line(f"store {own} {value}, ptr {slot}")
+            return
+        for i, part in enumerate(fields_of(kind).values()):
+            self.put(slot[i], part, self.emit(f"extractvalue {own} {value}, {i}"))
+
+    def taken(self, slot: Any, kind: Type) -> str:
+        """The value that stands in memory of the stack."""
+        if not isinstance(kind, Record):
+            return self.emit(f"load {self.module.type(kind)}, ptr {slot}")
+        parts = zip(slot, fields_of(kind).values(), strict=True)
+        return self.made(kind, [self.taken(*part) for part in parts])
 
     def labels(self, *names: str) -> list[str]:
         """New labels of blocks."""
@@ -234,8 +258,7 @@ class Body:
             case Let(name=name, value=value):
                 self.names[name] = self.value(value)
             case Assign(name=name, value=value):
-                slot, kind = self.changing[name]
-                self.line(f"store {kind} {self.value(value)}, ptr {slot}")
+                self.put(self.changing[name], value.type, self.value(value))
             case Store(memory=memory, index=index, value=value):
                 kind = self.module.type(value.type)
                 given = self.value(value)
@@ -266,6 +289,10 @@ class Body:
 
     def returns(self, value: Expression) -> None:
         found = self.value(value)
+        if self.result is not None:
+            self.put(self.result, value.type, found)
+            self.branch("done")
+            return
         kind = self.module.type(value.type)
         self.leave("ret void" if kind == "void" else f"ret {kind} {found}")
 
@@ -345,8 +372,7 @@ class Body:
                 return str(int(whole)) if value.type != BOOL else str(bool(whole)).lower()
             case Variable(name=name):
                 if name in self.changing:
-                    slot, kind = self.changing[name]
-                    return self.emit(f"load {kind}, ptr {slot}")
+                    return self.taken(self.changing[name], value.type)
                 return str(self.names[name])
             case Member(base=base, name=name):
                 place = list(fields_of(base.type)).index(name)  # type: ignore[arg-type]
@@ -446,14 +472,14 @@ class Body:
         if value.both or (is_there(value.a) and is_there(value.b)):
             return self.selected(condition, value.type, self.value(value.a), self.value(value.b))
         then, other, after = self.labels("then", "else", "after")
-        slot, kind = self.slot(value.type), self.module.type(value.type)
+        slot = self.slot(value.type)
         self.choose(condition, then, other)
         for label, way in ((then, value.a), (other, value.b)):
             self.enter(label)
-            self.line(f"store {kind} {self.value(way)}, ptr {slot}")
+            self.put(slot, value.type, self.value(way))
             self.branch(after)
         self.enter(after)
-        return self.emit(f"load {kind}, ptr {slot}")
+        return self.taken(slot, value.type)
 
     def selected(self, condition: str, kind: Type, a: str, b: str) -> str:
         """One of two values without a branch, number by number."""
@@ -538,6 +564,12 @@ def few_turns(loop: For) -> bool:
 def literal(number: float) -> str:
     """A float to its last bit."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', number))[0]:016X}"
+
+
+def returns_in(body: Sequence[Statement]) -> list[Return]:
+    """The returns in some statements."""
+    inner = [one for statement in body for one in parts_of(statement) if isinstance(one, Statement)]
+    return [one for one in body if isinstance(one, Return)] + (returns_in(inner) if inner else [])
 
 
 def parts_of(one: Any) -> list[Any]:
