@@ -12,7 +12,7 @@ from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
 from hydroservo.engine.llvm.entries import kernel_text
-from hydroservo.engine.llvm.writer import literal
+from hydroservo.engine.llvm.module import literal
 from hydroservo.engine.native import CompileError, MachineCode, prepare
 from hydroservo.engine.recipe import features
 from hydroservo.language.terms import Type

@@ -3,8 +3,10 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from hydroservo.engine.llvm.body import function_text
 from hydroservo.engine.llvm.instructions import WRITTEN
-from hydroservo.engine.llvm.writer import NUMBERS, Body, Module, fields_of
+from hydroservo.engine.llvm.module import NUMBERS, Module, fields_of
+from hydroservo.engine.llvm.values import Values
 from hydroservo.engine.native import CompileError
 from hydroservo.language.names import snake
 from hydroservo.language.program import Program
@@ -19,8 +21,8 @@ PYTHON_TYPES: dict[Type, type] = {kind: cls for cls, kind in TYPES.items()}
 def kernel_text(name: str, function: Callable[..., Any], kinds: Sequence[Type]) -> str:
     """The module of a function of numbers and memory that returns a whole number, as ``Native`` calls it."""
     made = translated(function, lambda _: kinds)
-    module = Module()
-    w = Body(module)
+    module = Module(function_text)
+    w = Values(module)
     given = [f"{module.type(kind)} %a{i}" for i, kind in enumerate(kinds)]
     found = called(w, made, given)
     whole = found if made.returns == INT else w.emit(f"zext i1 {found} to i64")
@@ -34,8 +36,8 @@ def method_text(name: str, function: Callable[..., Any], shapes: Sequence[Any]) 
     Its arguments are in memory: floats in a row of doubles, all else in one of integers.
     """
     made = translated(function, lambda program: [kind_of(program, shape) for shape in shapes])
-    module = Module()
-    arguments = Arguments(Body(module))
+    module = Module(function_text)
+    arguments = Arguments(Values(module))
     w = arguments.body
     given = [f"{module.type(kind)} {arguments.value(kind)}" for _, kind in made.parameters]
     found = called(w, made, given)
@@ -66,7 +68,7 @@ def translated(function: Any, kinds: Callable[[Program], Sequence[Type]]) -> Fun
         ) from None
 
 
-def called(w: Body, function: Function, given: Sequence[str]) -> str:
+def called(w: Values, function: Function, given: Sequence[str]) -> str:
     """What a function returns; the entry ends where it raises an exception."""
     name, kind, fails = w.module.name(function), w.module.type(function.returns), w.module.fails(function)
     call = f"call {kind} {name}({', '.join([*given, *['ptr %failed'] * fails])})"
@@ -82,7 +84,7 @@ def called(w: Body, function: Function, given: Sequence[str]) -> str:
     return found
 
 
-def entry(w: Body, name: str, taken: Sequence[str]) -> str:
+def entry(w: Values, name: str, taken: Sequence[str]) -> str:
     """The whole text: a function that returns 0, or 1 where it raises."""
     w.line("ret i32 0")
     raised = ["raised:", "  ret i32 1"] if w.failed else []
@@ -116,7 +118,7 @@ def kind_of(program: Program, shape: Any) -> Type:
 class Arguments:
     """Reads arguments from memory."""
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: Values) -> None:
         self.body = body
         self.doubles = self.integers = 0
 
@@ -144,7 +146,7 @@ class Arguments:
         return self.body.emit(f"load {word}, ptr {self.body.emit(f'getelementptr {word}, {place}')}, align 8")
 
 
-def gathered(w: Body, kind: Type, value: str, numbers: list[tuple[Type, str]]) -> Any:
+def gathered(w: Values, kind: Type, value: str, numbers: list[tuple[Type, str]]) -> Any:
     """The shape of a value, whose numbers go into a list."""
     if isinstance(kind, Record):
         kept, shapes = list(fields_of(kind)), []

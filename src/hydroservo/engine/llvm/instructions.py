@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from hydroservo.engine import state_text
-from hydroservo.engine.llvm.writer import Body, literal
+from hydroservo.engine.llvm.module import literal
+from hydroservo.engine.llvm.values import Values
 from hydroservo.language.terms import REAL, Function, Translator, Type
 from hydroservo.ops import basic, binary
 
@@ -19,33 +20,33 @@ Written = Callable[..., str]
 def llvm(name: str) -> Written:
     """A function of LLVM on floats, which is one instruction of most processors."""
 
-    def call(w: Body, *given: str) -> str:
+    def call(w: Values, *given: str) -> str:
         function = w.module.declare(f"llvm.{name}.f64", "double", *["double"] * len(given))
         return w.emit(f"call double {function}({', '.join(f'double {one}' for one in given)})")
 
     return call
 
 
-def remainder(w: Body, a: str, b: str) -> str:
+def remainder(w: Values, a: str, b: str) -> str:
     return w.emit(f"frem double {a}, {b}")
 
 
-def above_root_half(w: Body, bits: str) -> str:
+def above_root_half(w: Values, bits: str) -> str:
     """The whole number e for which x = 2^e m with m in [sqrt(1/2), sqrt(2))."""
     return w.emit(f"ashr i64 {w.emit(f'sub i64 {bits}, {ROOT_HALF_BITS}')}, 52")
 
 
-def exponent(w: Body, x: str) -> str:
+def exponent(w: Values, x: str) -> str:
     return w.emit(f"sitofp i64 {above_root_half(w, bits_of(w, x))} to double")
 
 
-def mantissa(w: Body, x: str) -> str:
+def mantissa(w: Values, x: str) -> str:
     bits = bits_of(w, x)
     shifted = w.emit(f"shl i64 {above_root_half(w, bits)}, 52")
     return from_bits(w, w.emit(f"sub i64 {bits}, {shifted}"))
 
 
-def scaled(w: Body, x: str, n: str) -> str:
+def scaled(w: Values, x: str, n: str) -> str:
     """In two steps of half the exponent each, of which the last alone can round."""
     biased = bits_of(w, w.emit(f"fadd double {n}, {BIASED_ROUNDER}"))
     half = w.emit(f"ashr i64 {biased}, 1")
@@ -54,12 +55,12 @@ def scaled(w: Body, x: str, n: str) -> str:
     return x
 
 
-def bits_of(w: Body, x: str) -> str:
+def bits_of(w: Values, x: str) -> str:
     """The bits of a float as an integer."""
     return w.emit(f"bitcast double {x} to i64")
 
 
-def from_bits(w: Body, n: str) -> str:
+def from_bits(w: Values, n: str) -> str:
     """The float that has these bits."""
     return w.emit(f"bitcast i64 {n} to double")
 
