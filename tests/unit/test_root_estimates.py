@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import hydroservo as hs
-from hydroservo.engine import machine_code, native
+from hydroservo.engine import flat, machine_code, native
 from hydroservo.engine.llvm.entries import DOUBLES, kernel_text
 from hydroservo.engine.machine_code import with_estimated_roots
 from hydroservo.engine.native import Native
@@ -31,6 +31,7 @@ def roots(x: NDArray[np.float64], monkeypatch: pytest.MonkeyPatch) -> NDArray[np
             memory[lane] = sqrt(memory[lane])
         return 0
 
+    root_of_each.__module__ = flat.__name__  # whose functions may use memory
     found = np.resize(x, TO)
     monkeypatch.setattr(machine_code, "has_slow_roots", lambda: True)
     kernel = Native(machine_code.object_code("root", kernel_text("root", root_of_each, (DOUBLES,)), False))

@@ -12,7 +12,7 @@ from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
 from hydroservo.engine.llvm.entries import kernel_text
-from hydroservo.engine.llvm.module import literal
+from hydroservo.engine.llvm.values import literal
 from hydroservo.engine.native import CompileError, MachineCode, prepare
 from hydroservo.engine.recipe import features
 from hydroservo.language.terms import Type
@@ -68,7 +68,7 @@ def object_code(name: str, text: str, strict: bool, reciprocals: bool = False) -
     prepare()
     machine, wide = processor(), "+avx512dq" in features()
     text = interleaved(widest(text) if wide else text, VECTORS)
-    text = with_reciprocals(inlined(text)) if reciprocals else text
+    text = with_reciprocals(text) if reciprocals else text
     module = optimised(text, machine.triple, machine, strict)
     if wide and has_slow_roots() and not strict:
         module = parsed(with_estimated_roots(str(module)))
@@ -114,16 +114,6 @@ def optimised(text: str, triple: str, machine: binding.TargetMachine, strict: bo
     builder = binding.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     return module if strict else parsed(FUSIBLE.sub(r"\1 contract", str(module)))
-
-
-def inlined(text: str) -> str:
-    """The text of a module with what its functions call in the place of the calls."""
-    module = parsed(text)
-    passes = binding.create_new_module_pass_manager()
-    passes.add_always_inliner_pass()
-    passes.add_sroa_pass()
-    passes.run(module, binding.create_pass_builder(processor(), binding.create_pipeline_tuning_options()))
-    return str(module)
 
 
 def foreign(module: binding.ModuleRef) -> Iterator[str]:

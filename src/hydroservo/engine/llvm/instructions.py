@@ -5,8 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from hydroservo.engine import state_text
-from hydroservo.engine.llvm.module import literal
-from hydroservo.engine.llvm.values import Values
+from hydroservo.engine.llvm.values import Values, literal
 from hydroservo.language.terms import REAL, Function, Translator, Type
 from hydroservo.ops import basic, binary
 
@@ -21,7 +20,7 @@ def llvm(name: str) -> Written:
     """A function of LLVM on floats, which is one instruction of most processors."""
 
     def call(w: Values, *given: str) -> str:
-        function = w.module.declare(f"llvm.{name}.f64", "double", *["double"] * len(given))
+        function = w.declare(f"llvm.{name}.f64", "double", *["double"] * len(given))
         return w.emit(f"call double {function}({', '.join(f'double {one}' for one in given)})")
 
     return call

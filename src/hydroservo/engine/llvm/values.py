@@ -1,12 +1,13 @@
-"""Writes the expressions of a function as instructions."""
+"""Writes the expressions of functions as LLVM's instructions."""
 
+import struct
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from hydroservo.engine.llvm.module import NUMBERS, Module, fields_of, literal
 from hydroservo.language.arithmetic import MODULO, QUOTIENT
 from hydroservo.language.terms import (
     BOOL,
+    INT,
     REAL,
     Array,
     Call,
@@ -25,6 +26,7 @@ from hydroservo.language.terms import (
     Memory,
     Operation,
     Record,
+    Table,
     Type,
     Unary,
     Variable,
@@ -32,29 +34,37 @@ from hydroservo.language.terms import (
     Whole,
 )
 
+NUMBERS: dict[Type, str] = {REAL: "double", INT: "i64", BOOL: "i1"}
 FLOATS = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
 WHOLES = {"+": "add", "-": "sub", "*": "mul", "&": "and", "|": "or", "^": "xor", "<<": "shl", ">>": "ashr"}
 COMPARED = {"<": "lt", "<=": "le", ">": "gt", ">=": "ge", "==": "eq", "!=": "ne"}
 
 
 class Values:
-    """The blocks of a function, and the values in them.
+    """The blocks of one LLVM function, and the values in them.
+
+    The value of a number is its name; that of a record or an array a list, of its fields' values or its
+    address and lengths.
 
     Attributes:
-        module: the text that it is part of.
         label: of the block that is written; "" after one that was left.
-        failed: whether something in it raises an exception.
+        failed: whether something raises an exception.
+        names: what each name of the function that is written stands for.
+        changing: where its locals that change stand in memory of the stack.
+        few: of each loop, whether it has few turns.
     """
 
-    def __init__(self, module: Module) -> None:
-        self.module = module
+    def __init__(self) -> None:
         self.lines: list[str] = []
         self.slots: list[str] = []
         self.count = 0
         self.label = "entry"
+        self.failed = False
         self.names: dict[str, Any] = {}
         self.changing: dict[str, Any] = {}
-        self.failed = False
+        self.declared: dict[str, str] = {}
+        self.tables: dict[Table, str] = {}
+        self.few: list[bool] = []
 
     # blocks and lines
 
@@ -75,25 +85,25 @@ class Values:
         """Memory of the stack for a value; of a record, for each of its numbers."""
         if isinstance(kind, Record):
             return [self.slot(part) for part in fields_of(kind).values()]
+        if kind not in NUMBERS:
+            return None
         found = self.fresh()
-        self.slots.append(f"  {found} = alloca {self.module.type(kind)}")
+        self.slots.append(f"  {found} = alloca {NUMBERS[kind]}")
         return found
 
-    def put(self, slot: Any, kind: Type, value: str) -> None:
+    def put(self, slot: Any, kind: Type, value: Any) -> None:
         """A new value for what stands in memory of the stack."""
-        own = self.module.type(kind)
-        if not isinstance(kind, Record):
-            self.line(f"store {own} {value}, ptr {slot}")
-            return
-        for i, part in enumerate(fields_of(kind).values()):
-            self.put(slot[i], part, self.emit(f"extractvalue {own} {value}, {i}"))
+        if isinstance(kind, Record):
+            for part in zip(slot, fields_of(kind).values(), value, strict=True):
+                self.put(*part)
+        elif kind in NUMBERS:
+            self.line(f"store {NUMBERS[kind]} {value}, ptr {slot}")
 
-    def taken(self, slot: Any, kind: Type) -> str:
+    def loaded(self, slot: Any, kind: Type) -> Any:
         """The value that stands in memory of the stack."""
-        if not isinstance(kind, Record):
-            return self.emit(f"load {self.module.type(kind)}, ptr {slot}")
-        parts = zip(slot, fields_of(kind).values(), strict=True)
-        return self.made(kind, [self.taken(*part) for part in parts])
+        if isinstance(kind, Record):
+            return [self.loaded(*part) for part in zip(slot, fields_of(kind).values(), strict=True)]
+        return self.emit(f"load {NUMBERS[kind]}, ptr {slot}") if kind in NUMBERS else ""
 
     def labels(self, *names: str) -> list[str]:
         """New labels of blocks."""
@@ -120,11 +130,20 @@ class Values:
         self.leave(f"br i1 {condition}, label %{then}, label %{otherwise}")
 
     def require(self, condition: str) -> None:
-        """Leaves the function unless a condition holds."""
+        """Leaves the function with an exception unless a condition holds."""
         (further,) = self.labels("so")
         self.failed = True
         self.choose(condition, further, "raised")
         self.enter(further)
+
+    def declare(self, name: str, returned: str, *taken: str) -> str:
+        """The name of a function of LLVM."""
+        self.declared[name] = f"declare {returned} @{name}({', '.join(taken)})"
+        return f"@{name}"
+
+    def table(self, table: Table) -> str:
+        """The name of a table that is written into the text."""
+        return self.tables.setdefault(table, f"@t{len(self.tables)}")
 
     # expressions
 
@@ -132,75 +151,66 @@ class Values:
         """A whole number, known or not."""
         return str(int(value.value)) if isinstance(value, Known) else str(self.value(value))
 
-    def value(self, value: Expression) -> str:
-        """The name of an expression's value."""
+    def place(self, value: Expression) -> Any:
+        """Where a value stands in memory of the stack; None where it does not."""
+        if isinstance(value, Variable):
+            return self.changing.get(value.name)
+        if isinstance(value, Member) and (base := self.place(value.base)) is not None:
+            return base[index_of(value)]
+        return None
+
+    def value(self, value: Expression) -> Any:
+        """An expression's value."""
+        if (place := self.place(value)) is not None:
+            return self.loaded(place, value.type)
         match value:
             case Literal(value=number) | Constant(value=number):
                 return literal(number)
             case Whole(value=whole):
                 return str(int(whole)) if value.type != BOOL else str(bool(whole)).lower()
             case Variable(name=name):
-                if name in self.changing:
-                    return self.taken(self.changing[name], value.type)
-                return str(self.names[name])
-            case Member(base=base, name=name):
-                place = list(fields_of(base.type)).index(name)  # type: ignore[arg-type]
-                return self.emit(f"extractvalue {self.module.type(base.type)} {self.value(base)}, {place}")
+                return self.names[name]
+            case Member(base=base):
+                return self.value(base)[index_of(value)]
             case Make(values=values):
-                kept = {name: self.value(values[name]) for name in fields_of(value.type)}  # type: ignore[arg-type]
-                return self.made(value.type, list(kept.values()))  # type: ignore[arg-type]
+                return [self.value(values[name]) for name in fields_of(value.type)]  # type: ignore[arg-type]
             case Unary(operator=sign, a=a):
                 return self.unary(sign, a)
             case Operation(operator=sign, a=a, b=b):
                 return self.operation(sign, a, b)
             case Conversion(a=a):
                 word = "sitofp i64" if value.type == REAL else "fptosi double"
-                return self.emit(f"{word} {self.value(a)} to {self.module.type(value.type)}")
+                return self.emit(f"{word} {self.value(a)} to {NUMBERS[value.type]}")
             case Choice():
                 return self.choice(value)
             case Call(function=function, arguments=arguments):
                 return self.call(function, arguments)
         return self.in_memory(value)
 
-    def in_memory(self, value: Expression) -> str:
+    def in_memory(self, value: Expression) -> Any:
         """A number of a memory, an array or a table, or an array itself."""
         match value:
             case Element(table=table, index=index):
                 place = self.index(index)
-                at = f"getelementptr double, ptr {self.module.table(table)}, i64 {place}"
+                at = f"getelementptr double, ptr {self.table(table)}, i64 {place}"
                 return self.emit(f"load double, ptr {self.emit(at)}, align 8")
             case Load(memory=memory, index=index):
-                return self.emit(f"load {NUMBERS[value.type]}, ptr {self.address(memory, index)}, align 8")  # type: ignore[index]
+                return self.emit(f"load {NUMBERS[value.type]}, ptr {self.address(memory, index)}, align 8")
             case Length(array=array, axis=axis):
-                return self.emit(
-                    f"extractvalue {self.module.type(array.type)} {self.value(array)}, {axis + 1}"
-                )
+                return self.value(array)[axis + 1]
             case View(address=address, lengths=lengths):
-                pointer = self.emit(f"inttoptr i64 {self.value(address)} to ptr")
-                found, kind = "poison", self.module.type(value.type)
-                for i, (word, part) in enumerate(
-                    [("ptr", pointer), *(("i64", self.value(one)) for one in lengths)]
-                ):
-                    found = self.emit(f"insertvalue {kind} {found}, {word} {part}, {i}")
-                return found
+                return [self.emit(f"inttoptr i64 {self.value(address)} to ptr"), *map(self.value, lengths)]
         raise AssertionError(value)
 
     def address(self, memory: Expression, index: Any) -> str:
         """Where the number at an index is."""
-        kind = memory.type
-        start, word = self.value(memory), "double"
-        if isinstance(kind, Array):
-            start = self.emit(f"extractvalue {self.module.type(kind)} {start}, 0")
-        elif isinstance(kind, Memory):
-            word = NUMBERS[kind.element]
+        start = self.value(memory)
+        if isinstance(memory.type, Array):
+            start, word = start[0], "double"
+        else:
+            assert isinstance(memory.type, Memory)
+            word = NUMBERS[memory.type.element]
         return self.emit(f"getelementptr {word}, ptr {start}, i64 {self.index(index)}")
-
-    def made(self, record: Record, values: Sequence[str]) -> str:
-        """A record from its fields."""
-        found, own = "zeroinitializer", self.module.type(record)
-        for i, (kind, value) in enumerate(zip(fields_of(record).values(), values, strict=True)):
-            found = self.emit(f"insertvalue {own} {found}, {self.module.type(kind)} {value}, {i}")
-        return found
 
     def unary(self, sign: str, a: Expression) -> str:
         value = self.value(a)
@@ -211,7 +221,7 @@ class Values:
     def operation(self, sign: str, a: Expression, b: Expression) -> str:
         if sign in ("&&", "||"):
             return self.logic(sign, a, b)
-        kind, real = self.module.type(a.type), a.type == REAL
+        kind, real = NUMBERS[a.type], a.type == REAL
         x, y = self.value(a), self.value(b)
         if sign in COMPARED:
             if real:
@@ -235,7 +245,7 @@ class Values:
         self.enter(after)
         return self.emit(f"phi i1 [ {str(sign == '||').lower()}, %{start} ], [ {second}, %{end} ]")
 
-    def choice(self, value: Choice) -> str:
+    def choice(self, value: Choice) -> Any:
         """One of two values, of which only that one is computed where Python computes only that."""
         condition = self.value(value.condition)
         if value.both or (is_there(value.a) and is_there(value.b)):
@@ -248,41 +258,26 @@ class Values:
             self.put(slot, value.type, self.value(way))
             self.branch(after)
         self.enter(after)
-        return self.taken(slot, value.type)
+        return self.loaded(slot, value.type)
 
-    def selected(self, condition: str, kind: Type, a: str, b: str) -> str:
+    def selected(self, condition: str, kind: Type, a: Any, b: Any) -> Any:
         """One of two values without a branch, number by number."""
-        own = self.module.type(kind)
         if not isinstance(kind, Record):
-            return self.emit(f"select i1 {condition}, {own} {a}, {own} {b}")
-        parts = []
-        for i, part in enumerate(fields_of(kind).values()):
-            x, y = (self.emit(f"extractvalue {own} {one}, {i}") for one in (a, b))
-            parts.append(self.selected(condition, part, x, y))
-        return self.made(kind, parts)
+            return self.emit(f"select i1 {condition}, {NUMBERS[kind]} {a}, {NUMBERS[kind]} {b}")
+        parts = zip(fields_of(kind).values(), a, b, strict=True)
+        return [self.selected(condition, *part) for part in parts]
 
-    def call(self, function: Function, arguments: Sequence[Expression]) -> str:
+    def call(self, function: Function, arguments: Sequence[Expression]) -> Any:
         given = [self.value(one) for one in arguments]
         if function in WHOLE_DIVISIONS:
             return WHOLE_DIVISIONS[function](self, *given)
         if not function.body:
-            return str(function.written(self, *given))
-        pairs = zip(arguments, given, strict=True)
-        words = [f"{self.module.type(one.type)} {value}" for one, value in pairs]
-        name, kind, fails = (
-            self.module.name(function),
-            self.module.type(function.returns),
-            self.module.fails(function),
-        )
-        call = f"call {kind} {name}({', '.join([*words, *['ptr %failed'] * fails])})"
-        found = ""
-        if kind == "void":
-            self.line(call)
-        else:
-            found = self.emit(call)
-        if fails:
-            self.require(self.emit(f"xor i1 {self.emit('load i1, ptr %failed')}, true"))
-        return found
+            return function.written(self, *given)
+        return self.inlined(function, given)
+
+    def inlined(self, function: Function, given: Sequence[Any]) -> Any:
+        """What a function returns for some values; its text is written here."""
+        raise NotImplementedError
 
 
 def quotient(w: Values, a: str, b: str) -> str:
@@ -312,8 +307,24 @@ def division(w: Values, a: str, b: str) -> tuple[str, str, str, str, str]:
 WHOLE_DIVISIONS: dict[Function, Callable[..., str]] = {QUOTIENT: quotient, MODULO: modulo}
 
 
+def index_of(member: Member) -> int:
+    """Where a field stands among those of its record."""
+    assert isinstance(member.base.type, Record)
+    return list(fields_of(member.base.type)).index(member.name)
+
+
 def is_there(value: Expression) -> bool:
     """Whether a value takes no work."""
     while isinstance(value, Member):
         value = value.base
     return isinstance(value, Variable | Literal | Constant | Whole)
+
+
+def fields_of(record: Record) -> dict[str, Type]:
+    """The fields of a record that it has at run time."""
+    return {name: kind for name, kind in record.fields.items() if not isinstance(kind, Known | Table)}
+
+
+def literal(number: float) -> str:
+    """A float to its last bit."""
+    return f"0x{struct.unpack('<Q', struct.pack('<d', number))[0]:016X}"

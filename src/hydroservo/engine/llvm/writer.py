@@ -1,14 +1,15 @@
-"""Writes translated functions as LLVM's text.
+"""Writes a translated function, and all that it calls in the place of the calls, as one of LLVM's.
 
-Each is a function of its own, which LLVM puts in the place of its calls. Records are passed by value; the
-numbers of a local that changes stand in memory of the stack, from which LLVM takes them.
+The numbers of a local that changes stand in memory of the stack, from which LLVM takes them.
 """
 
 from collections.abc import Sequence
 from typing import Any
 
-from hydroservo.engine.llvm.module import Module, parts_of
-from hydroservo.engine.llvm.values import Values
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.engine.llvm.values import NUMBERS, Values, literal
 from hydroservo.language.terms import (
     INT,
     Assign,
@@ -21,7 +22,6 @@ from hydroservo.language.terms import (
     If,
     Known,
     Let,
-    Record,
     Require,
     Return,
     Statement,
@@ -32,44 +32,50 @@ from hydroservo.language.terms import (
 FEW = 16  # turns of a loop that is unrolled, for loops over lanes hold no others
 
 
-def function_text(module: Module, function: Function) -> str:
-    """The text of a function."""
-    return Body(module, function).text()
+class Writer(Values):
+    """The statements of a function and of those that it calls."""
 
-
-class Body(Values):
-    """The statements of one function."""
-
-    def __init__(self, module: Module, function: Function) -> None:
-        super().__init__(module)
-        self.function = function
+    def __init__(self) -> None:
+        super().__init__()
         self.loops: list[tuple[str, str]] = []  # where a turn and the loop end
-        self.result: Any = None  # where a record is put that is returned at several places
-        self.fails = module.fails(function)
+        self.result: Any = None  # where the value is put that a function returns
+        self.done = ""  # and where it ends
 
-    def text(self) -> str:
-        function, module = self.function, self.module
-        kinds = [(name, kind) for name, kind in function.parameters if not isinstance(kind, Known)]
-        self.names = {name: f"%a{i}" for i, (name, _) in enumerate(kinds)}
-        taken = [f"{module.type(kind)} %a{i}" for i, (_, kind) in enumerate(kinds)]
-        taken += ["ptr %failed"] * self.fails
+    def text(self, name: str, arguments: Sequence[str]) -> str:
+        """The module of a function that returns 0, or 1 where something raises."""
+        tables = [constant(name, table.array) for table, name in self.tables.items()]
+        unrolled = len(self.few) + 1
+        nodes = [f"!{i} = distinct !{{!{i}, !{unrolled if few else 0}}}" for i, few in enumerate(self.few, 1)]
+        nodes.append(f'!{unrolled} = !{{!"llvm.loop.unroll.full"}}')
+        head = [f"define i32 @{name}({', '.join(arguments)}) nounwind {{", "entry:", *self.slots]
+        raised = ["raised:", "  ret i32 1"] if self.failed else []
+        end = ["  ret i32 0", *raised, "}"]
+        return "\n".join([*tables, *self.declared.values(), *head, *self.lines, *end, *nodes, ""])
+
+    def inlined(self, function: Function, given: Sequence[Any]) -> Any:
+        """What a function returns for some values; its text is written here."""
+        outer = self.names, self.changing, self.loops, self.result, self.done
+        names = [name for name, kind in function.parameters if not isinstance(kind, Known)]
+        self.names, self.loops = dict(zip(names, given, strict=True)), []
         self.changing = {name: self.slot(kind) for name, kind in function.locals.items()}
-        returned = module.type(function.returns)
-        if isinstance(function.returns, Record) and len(returns_in(function.body)) > 1:
-            self.result = self.slot(function.returns)
-        self.statements(function.body)
-        if self.label:
-            self.lines.append("  unreachable")
-        if self.result is not None:
-            self.enter("done")
-            self.leave(f"ret {returned} {self.taken(self.result, function.returns)}")
-        if self.failed:
-            self.lines += [
-                "raised:",
-                "  ret void" if returned == "void" else f"  ret {returned} zeroinitializer",
-            ]
-        head = f"define internal {returned} @f.{function.name}({', '.join(taken)}) alwaysinline nounwind {{"
-        return "\n".join([head, "entry:", *self.slots, *self.lines, "}"])
+        *first, last = function.body
+        if isinstance(last, Return) and len(returns_in(function.body)) == 1:
+            self.statements(first)
+            self.go_on()
+            found = self.value(last.value)
+        else:
+            self.result, (self.done,) = self.slot(function.returns), self.labels("done")
+            self.statements(function.body)
+            self.branch(self.done)
+            self.enter(self.done)
+            found = self.loaded(self.result, function.returns)
+        self.names, self.changing, self.loops, self.result, self.done = outer
+        return found
+
+    def go_on(self) -> None:
+        """Goes on after what never ends."""
+        if not self.label:
+            self.enter(*self.labels("never"))
 
     # statements
 
@@ -85,20 +91,12 @@ class Body(Values):
             case Assign(name=name, value=value):
                 self.put(self.changing[name], value.type, self.value(value))
             case Store(memory=memory, index=index, value=value):
-                kind = self.module.type(value.type)
                 given = self.value(value)
-                self.line(f"store {kind} {given}, ptr {self.address(memory, index)}, align 8")
+                self.line(f"store {NUMBERS[value.type]} {given}, ptr {self.address(memory, index)}, align 8")
             case Do(call=call):
                 self.value(call)
             case Require(condition=condition):
-                holds = self.value(condition)
-                (further, fails) = self.labels("so", "fails")
-                self.choose(holds, further, fails)
-                self.enter(fails)
-                self.failed = True
-                self.line("store i1 true, ptr %failed")
-                self.branch("raised")
-                self.enter(further)
+                self.require(self.value(condition))
             case Return(value=value):
                 self.returns(value)
             case If(condition=condition, body=body, otherwise=otherwise):
@@ -113,13 +111,8 @@ class Body(Values):
                 self.branch(self.loops[-1][0])
 
     def returns(self, value: Expression) -> None:
-        found = self.value(value)
-        if self.result is not None:
-            self.put(self.result, value.type, found)
-            self.branch("done")
-            return
-        kind = self.module.type(value.type)
-        self.leave("ret void" if kind == "void" else f"ret {kind} {found}")
+        self.put(self.result, value.type, self.value(value))
+        self.branch(self.done)
 
     def branches(
         self, condition: Expression, body: Sequence[Statement], otherwise: Sequence[Statement]
@@ -179,8 +172,8 @@ class Body(Values):
 
     def loop_back(self, head: str, few: bool) -> None:
         """Leaves this block for the head of the loop that it ends."""
-        self.module.few.append(few)
-        self.leave(f"br label %{head}, !llvm.loop !{len(self.module.few)}")
+        self.few.append(few)
+        self.leave(f"br label %{head}, !llvm.loop !{len(self.few)}")
 
 
 def few_turns(loop: For) -> bool:
@@ -193,3 +186,20 @@ def returns_in(body: Sequence[Statement]) -> list[Return]:
     """The returns in some statements."""
     inner = [one for statement in body for one in parts_of(statement) if isinstance(one, Statement)]
     return [one for one in body if isinstance(one, Return)] + (returns_in(inner) if inner else [])
+
+
+def parts_of(one: Any) -> list[Any]:
+    """The statements and expressions that a statement or an expression is made of."""
+    parts: list[Any] = []
+    for part in vars(one).values():
+        each = (
+            part.values() if isinstance(part, dict) else part if isinstance(part, list | tuple) else (part,)
+        )
+        parts += [value for value in each if isinstance(value, Expression | Statement)]
+    return parts
+
+
+def constant(name: str, array: NDArray[np.float64]) -> str:
+    """The text of an array that is part of the code."""
+    numbers = ", ".join(f"double {literal(x)}" for x in array.ravel().tolist())
+    return f"{name} = private unnamed_addr constant [{array.size} x double] [{numbers}]"
