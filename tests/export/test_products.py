@@ -15,7 +15,7 @@ from hydroservo.outputs import OutputError
 from hydroservo.scenario import load_scenario
 from tests.support.needs import needs
 
-PROOF = Proof(1, "cc", 2, 2, (), (), "", "")
+PROOF = Proof(1, "cc")
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def loop() -> Loop:
 
 
 def test_a_loop_becomes_c_in_one_call(loop: Loop, tmp_path: Path) -> None:
-    needs("cc", "gcov")
+    needs("cc")
     reports: list[float] = []
     export = export_c(loop, tmp_path / "law", progress=lambda done, _: reports.append(done))
     assert [file.name for file in export.files] == [
@@ -47,7 +47,7 @@ def test_a_name_gives_the_title_and_the_prefix(loop: Loop, tmp_path: Path) -> No
 
 
 def test_a_loop_becomes_an_fmu_in_one_call(loop: Loop, tmp_path: Path) -> None:
-    needs("cc", "gcov")
+    needs("cc")
     export = export_fmu(loop, tmp_path / "axis.fmu", part="machine", version="3")
     assert export.files == (tmp_path / "axis.fmu",)
     with zipfile.ZipFile(tmp_path / "axis.fmu") as archive:
@@ -57,7 +57,7 @@ def test_a_loop_becomes_an_fmu_in_one_call(loop: Loop, tmp_path: Path) -> None:
 
 
 def test_a_loop_becomes_a_system_in_one_call(loop: Loop, tmp_path: Path) -> None:
-    needs("cc", "gcov")
+    needs("cc")
     exports = export_ssp(loop, tmp_path / "axis.ssp")
     assert [export.unit.part for export in exports] == ["controller", "machine", "demand"]
     assert {export.files for export in exports} == {(tmp_path / "axis.ssp",)}

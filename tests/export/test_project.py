@@ -10,6 +10,7 @@ import pytest
 
 from hydroservo.errors import HydroservoError
 from hydroservo.export.c.project import c_project, memory, write_c_project
+from hydroservo.export.c.proof import proof_of
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.comments import WIDTH
 from hydroservo.export.unit import Part, Precision, Signal, Unit
@@ -140,7 +141,7 @@ def test_single_precision_states_its_deviation(
     single: tuple[Unit, Vectors], tmp_path: Path, compiler: str
 ) -> None:
     needs("make", compiler)
-    write_c_project(*single, tmp_path)
+    write_c_project(*single, tmp_path, proof_of(*single))
     done = check(tmp_path, compiler)
     assert (done.returncode, done.stderr) == (0, "")
     said = done.stdout[done.stdout.index("law: 500 samples") : done.stdout.index("make: Leaving")]
@@ -164,7 +165,7 @@ def test_a_compiler_that_does_not_work_measures_nothing_and_the_readme_says_why(
     compiler: str, why: str, single: tuple[Unit, Vectors], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CC", compiler)
-    text = " ".join(c_project(*single)["README.md"].split())
+    text = " ".join(c_project(*single, proof_of(*single))["README.md"].split())
     assert f"It was not measured when this folder was written: {why}. `make check` does it." in text
 
 
@@ -173,8 +174,8 @@ def test_a_program_for_another_machine_measures_nothing(
 ) -> None:
     needs("arm-none-eabi-gcc")
     monkeypatch.setenv("CC", "arm-none-eabi-gcc --specs=nosys.specs -mcpu=cortex-m7")
-    text = " ".join(c_project(*single)["README.md"].split())
-    assert "when this folder was written: replay cannot be run: Exec format error." in text
+    text = " ".join(c_project(*single, proof_of(*single))["README.md"].split())
+    assert "when this folder was written: try-compiler cannot be run: Exec format error." in text
 
 
 # --- the folder

@@ -107,8 +107,8 @@ def c(
     """Write C99 with test vectors, a program that replays them, a Makefile and a README.
 
     In double precision the C gives the bits of the strict simulation. Where this computer has a C compiler it
-    is held against Python before it is written, on samples that reach all branches for which some are found;
-    gcov counts them. Other files in the folder are left alone.
+    is held against Python before it is written, on samples of the closed loop. Other files in the folder are
+    left alone.
 
     Examples:
 
@@ -141,7 +141,7 @@ def c(
         f"{unit.title}: {sizes.state_bytes} bytes of state, {sizes.parameter_bytes} of parameters, "
         f"{precision} precision"
     )
-    typer.echo(proof_line(proof, unit.prefix))
+    typer.echo(proof_line(proof))
     typer.echo(f"written to {out}: {', '.join(file.name for file in files)}")
     typer.echo(f"next: make -C {shlex.quote(str(out))} check")
 
@@ -201,7 +201,7 @@ def fmu(
         typer.echo(as_json(about | written))
         return
     typer.echo(summary(unit, version, clocked))
-    typer.echo(proof_line(proof, unit.prefix))
+    typer.echo(proof_line(proof))
     typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB, for {', '.join(platforms)}")
     say_untried(platforms)
     typer.echo(f"next: fmpy validate {shlex.quote(str(out))}")
@@ -242,7 +242,7 @@ def ssp(
         typer.echo(as_json({"units": about, "fmi": version, "platforms": platforms, "file": str(out)}))
         return
     for unit, proof, _ in exports:
-        typer.echo(f"{unit.title}: {proof_line(proof, unit.prefix)}")
+        typer.echo(f"{unit.title}: {proof_line(proof)}")
     period, size = exports[0].unit.period, f"{out.stat().st_size / 1024:.0f} KiB"
     typer.echo(f"written: {out}, {size}, FMI {version}, steps of {period:g} s, for {', '.join(platforms)}")
     say_untried(platforms)

@@ -3,8 +3,6 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from pathlib import Path
-from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -145,7 +143,6 @@ def exported_unit(
             if needed.kept(record)
         ),
         states=tuple(state_signals(translation, needed)),
-        functions=dict(blocks_functions(translation, needed, prefix)),
         operations=counted(translation.step, needed),
     )
 
@@ -205,19 +202,6 @@ def argument_record(program: Program, name: str, cls: Any, block: Block) -> Reco
     assert isinstance(record, Record)
     record.name = name
     return record
-
-
-def blocks_functions(translation: Translation, needed: Needed, prefix: str) -> Iterator[tuple[str, str]]:
-    """What of the C are methods of blocks, and not ops or arithmetic on states: name, and place in Python."""
-    yield from ((one.name, place_of(one.origin)) for one in needed.reached if one.owner)
-    yield f"{prefix}_init", place_of(translation.init.origin)
-    yield f"{prefix}_step", place_of(translation.step.origin)
-
-
-def place_of(origin: FunctionType) -> str:
-    """Where a method stands, such as ``PI.step (pi.py, line 40)``."""
-    code = origin.__code__
-    return f"{origin.__qualname__} ({Path(code.co_filename).name}, line {code.co_firstlineno})"
 
 
 def needed_by(translation: Translation, *, init: bool) -> Needed:

@@ -39,7 +39,7 @@ class Export(NamedTuple):
     def __repr__(self) -> str:
         names = ", ".join(file.name for file in self.files)
         written = f"written to {self.files[0].parent}: {names}"
-        return f"{self.unit.title}\n{proof_line(self.proof, self.unit.prefix)}\n{written}"
+        return f"{self.unit.title}\n{proof_line(self.proof)}\n{written}"
 
 
 def export_c(
@@ -56,8 +56,8 @@ def export_c(
     """Write a part of a loop as C99, with test vectors, a program that replays them, a Makefile and a README.
 
     In double precision the C gives the bits of the strict simulation. Where this computer has a C compiler,
-    the C is held against Python before it is written, on samples that reach all branches for which some are
-    found. Other files in the folder are left alone.
+    the C is held against Python before it is written, on samples of the closed loop. Other files in the
+    folder are left alone.
 
     Args:
         loop: the loop.
@@ -81,7 +81,8 @@ def export_c(
         HydroservoError: a file cannot be written, or one of another origin is there under its name; what
             cannot be written for want of space is kept in a temporary folder, which the message names.
 
-    Fails to prove anything where there is no C compiler; the proof says so.
+    Fails to prove anything of what these samples do not reach, and where there is no C compiler, as the proof
+    says.
     """
     place, report = checked_path("folder", folder), progress or silent
     loop = checked_loop(loop)
@@ -245,17 +246,8 @@ def silent(done: float, what: str) -> None:
     """Report nothing."""
 
 
-def proof_line(proof: Proof, prefix: str) -> str:
-    """Whether the C passed its vectors here, and how much of it they reach."""
-    passed = f"checked with {proof.compiler}: {proof.samples} samples bit for bit"
-    said = f"not checked: {proof.unproved}" if proof.unproved else passed
-    if proof.uncounted:
-        return said if proof.uncounted == proof.unproved else f"{said}; {proof.uncounted}"
-    if not proof.branches:
-        return f"{said}; its blocks have no branches"
-    reached = f"{said}; {proof.reached} of {proof.branches} branches of its blocks reached"
-    if not proof.missed:
-        return reached
-    numbers, left = ", ".join(map(str, proof.missed)), proof.branches - proof.reached
-    lines = f"line{'s' if len(proof.missed) > 1 else ''} {numbers} of {prefix}.c"
-    return f"{reached}, {left} not reached, in {lines}: {', '.join(proof.methods)}"
+def proof_line(proof: Proof) -> str:
+    """Whether the C passed its vectors here."""
+    if proof.unproved:
+        return f"not checked: {proof.unproved}"
+    return f"checked with {proof.compiler}: {proof.samples} samples bit for bit"

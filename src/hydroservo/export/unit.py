@@ -1,9 +1,7 @@
 """What is exported: a translated unit, and what its numbers are."""
 
 import math
-from collections.abc import Mapping
 from enum import StrEnum
-from types import MappingProxyType
 from typing import NamedTuple
 
 from hydroservo.export.operations import Operations
@@ -105,7 +103,6 @@ class Unit(NamedTuple):
         parameters: of PREFIX_parameters.
         arguments: of ``step``.
         states: of PREFIX_state.
-        functions: where the methods of blocks stand, and ``init`` and ``step``, by their names in C.
         operations: that a ``step`` takes at most; None where there is no most.
     """
 
@@ -123,7 +120,6 @@ class Unit(NamedTuple):
     parameters: tuple[Signal, ...]
     arguments: tuple[Argument, ...]
     states: tuple[Signal, ...]
-    functions: Mapping[str, str] = MappingProxyType({})
     operations: Operations | None = None
 
     def places(self, argument: str) -> tuple[str, ...]:

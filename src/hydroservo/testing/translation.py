@@ -1,12 +1,11 @@
 """Whether a block can be exported as C, and gives the same bits there."""
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.export.c.proof import replay
+from hydroservo.export.c.proof import proof_of
 from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
-from hydroservo.outputs import temporary_folder
 from hydroservo.roles import Controller, Monitor
 from hydroservo.runs.run import ready
 from hydroservo.scenario.fits import a_role
@@ -36,9 +35,7 @@ def check_translated(case: Case) -> str:
         translated(case, loop, Part.CONTROLLER)  # as export does, which refuses what a whole loop may have
     unit = translated(case, loop, Part.LOOP)
     try:
-        vectors = made_vectors(loop, Part.LOOP, unit)
-        with temporary_folder() as folder:
-            _, unproved = replay(unit, vectors, folder)
+        unproved = proof_of(unit, made_vectors(loop, Part.LOOP, unit)).unproved
     except HydroservoError as error:
         raise case.error(str(error)) from error
     return f"bits not compared: {unproved}" if unproved else ""

@@ -56,26 +56,8 @@ def compiler() -> list[str]:
     return found
 
 
-def counting_compiler() -> list[str]:
-    """The command of a C compiler whose counts gcov reads: gcc where the C compiler is clang."""
-    own = compiler()
-    if "clang" not in ran(Path(), [*own, "--version"]).stdout:
-        return own
-    if shutil.which("gcc") is None:
-        raise CompilerError("gcov cannot read what clang counts; install gcc beside it")
-    return ["gcc"]
-
-
-def ran(
-    folder: Path, command: Sequence[str], patience: float = PATIENCE
-) -> "subprocess.CompletedProcess[str]":
-    """What a command did in a folder.
-
-    Args:
-        folder: where it runs.
-        command: its words.
-        patience: how long it may take [s].
-    """
+def ran(folder: Path, command: Sequence[str]) -> "subprocess.CompletedProcess[str]":
+    """What a command did in a folder."""
     name = Path(command[0]).name
     try:
         return subprocess.run(  # noqa: S603 - the compiler that the user names, and no shell
@@ -84,10 +66,10 @@ def ran(
             env={**os.environ, "TMPDIR": str(folder.absolute())},  # else one that is killed leaves files
             capture_output=True,
             text=True,
-            timeout=patience,
+            timeout=PATIENCE,
             check=False,
         )
     except OSError as error:
         raise CompilerError(f"{name} cannot be run: {error.strerror}") from error
     except subprocess.TimeoutExpired:
-        raise CompilerError(f"{name} takes longer than {patience:g} s") from None
+        raise CompilerError(f"{name} takes longer than {PATIENCE:g} s") from None

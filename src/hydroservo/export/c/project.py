@@ -1,18 +1,16 @@
 """The folder that an export in C is: the code, a replay of test vectors, what builds them, and a README."""
 
 import re
-from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export.c.compiler import CompilerError, compiled, ran
 from hydroservo.export.c.layout import formatted
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import Signal, Unit
-from hydroservo.outputs import check_outputs, staged, temporary_folder, write_text
+from hydroservo.outputs import check_outputs, staged, write_text
 
 TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 OURS = "Written by hydroservo"
@@ -27,22 +25,14 @@ class Proof(NamedTuple):
     Attributes:
         samples: of the vectors.
         compiler: with which the C replays the vectors, bit for bit; empty if it was not tried.
-        reached: how many branches of the blocks' methods the vectors reach.
-        branches: how many there are.
-        missed: lines of PREFIX.c with a branch that is not reached.
-        methods: the methods that these stand for, and where those are.
         unproved: why the C did not replay the vectors; empty if it did.
-        uncounted: why branches were not counted; empty if they were.
+        deviation: of numbers in single precision, as the replay prints it; empty if it was not measured.
     """
 
     samples: int
-    compiler: str
-    reached: int
-    branches: int
-    missed: Sequence[int]
-    methods: Sequence[str]
-    unproved: str
-    uncounted: str
+    compiler: str = ""
+    unproved: str = ""
+    deviation: str = ""
 
 
 class Memory(NamedTuple):
@@ -115,23 +105,14 @@ def c_project(unit: Unit, vectors: Vectors, proof: Proof | None = None) -> dict[
     """The texts of :func:`write_c_project` by file name."""
     p = unit.prefix
     known = {**names_in_c(unit), **numbers_in_c(unit, vectors), "x": unit, "proof": proof}
-    texts = {
+    return {
         f"{p}.h": unit.header,
         f"{p}.c": unit.source,
         f"{p}_vectors.h": rendered("vectors.h", known),
         f"{p}_replay.c": formatted(rendered("replay.c", known)),
         "Makefile": rendered("Makefile", known),
+        "README.md": rendered("README.md", known),
     }
-    measured = deviation(p, texts) if unit.real == "float" else {}
-    return texts | {"README.md": rendered("README.md", known | measured)}
-
-
-def deviation(prefix: str, texts: Mapping[str, str]) -> dict[str, object]:
-    """What is measured here of the deviation of single precision, or why nothing is."""
-    try:
-        return {"deviation": measured_deviation(prefix, texts)}
-    except CompilerError as error:
-        return {"deviation": None, "unmeasured": str(error)}
 
 
 def names_in_c(unit: Unit) -> dict[str, object]:
@@ -167,15 +148,3 @@ def numbers_in_c(unit: Unit, vectors: Vectors) -> dict[str, object]:
 def signals(unit: Unit) -> list[Signal]:
     """What ``step`` reads of its arguments, in their order."""
     return [signal for argument in unit.arguments for signal in argument.signals]
-
-
-def measured_deviation(prefix: str, texts: Mapping[str, str]) -> str:
-    """What the replay of an export in single precision prints."""
-    with temporary_folder() as folder:
-        for file, text in texts.items():
-            (folder / file).write_text(text, encoding="utf-8")
-        program = compiled(folder, [f"{prefix}_replay.c", f"{prefix}.c"], "replay")
-        said = ran(folder, [str(program)]).stdout.strip()
-    if not said:
-        raise CompilerError("the program that the C compiler makes prints nothing here")
-    return said

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, leaves, replace
+from hydroservo.block import Block, leaves
 from hydroservo.errors import LoopError
 from hydroservo.export.parts import (
     Command,
@@ -46,24 +46,6 @@ class Vectors(NamedTuple):
     made: str
 
 
-class Trial(NamedTuple):
-    """A part of a loop, run in plain Python.
-
-    Attributes:
-        block: the part.
-        inputs: what it was given, sample by sample.
-        states: its state after each sample.
-        made: where the inputs come from, in sentences.
-        stretches: how many stretches follow that were searched for.
-    """
-
-    block: Block
-    inputs: list[Records]
-    states: list[Block]
-    made: str
-    stretches: int = 0
-
-
 class Listener(NamedTuple):
     """A law that changes nothing and writes down what it is given, its command in the scenario's unit."""
 
@@ -77,7 +59,7 @@ class Listener(NamedTuple):
         return s
 
 
-def trial_of(loop: Loop, part: Part, unit: Unit) -> Trial:
+def made_vectors(loop: Loop, part: Part, unit: Unit) -> Vectors:
     """A part of a loop, run in plain Python on what it is given in the closed loop that it is in.
 
     The inputs are those of ten stretches of 50 samples, spread evenly over the scenario; the part then runs
@@ -98,23 +80,10 @@ def trial_of(loop: Loop, part: Part, unit: Unit) -> Trial:
             f" Then a sample whose velocity is not a number, {RECOVERY} good ones, one whose inputs are all "
             f"{HUGE:g}, and {RECOVERY} good ones."
         )
-    block = block_of(loop, part)
-    return Trial(block, inputs, replayed(block, inputs, block.init()), made)
-
-
-def made_vectors(loop: Loop, part: Part, unit: Unit) -> Vectors:
-    """Test vectors of a part of a loop, as of :func:`trial_of`, before anything else is searched for."""
-    return vectors_of(unit, trial_of(loop, part, unit))
-
-
-def vectors_of(unit: Unit, trial: Trial) -> Vectors:
-    """What of a trial an export reads and has."""
-    more = "one stretch that reaches" if trial.stretches == 1 else f"{trial.stretches} stretches that reach"
-    searched = f" Then {more} branches of the code which those do not." if trial.stretches else ""
     return Vectors(
-        input_rows(unit, trial.inputs),
-        rows_at(trial.states, [signal.place for signal in unit.states]),
-        f"{trial.made}{searched} All ran one after the other in plain Python, in double precision.",
+        input_rows(unit, inputs),
+        rows_at(replayed(block_of(loop, part), inputs), [signal.place for signal in unit.states]),
+        f"{made} All ran one after the other in plain Python, in double precision.",
     )
 
 
@@ -188,9 +157,9 @@ def bad_inputs(good: Sequence[Records]) -> list[Records]:
     return [blind, *after, huge, *after]
 
 
-def replayed(block: Block, inputs: Iterable[Records], state: Block) -> list[Block]:
-    """A block's state after each sample."""
-    states = []
+def replayed(block: Block, inputs: Iterable[Records]) -> list[Block]:
+    """A block's state after each sample, from its ``init`` on."""
+    state, states = block.init(), []
     for records in inputs:
         try:
             state = block.step(state, **records)
@@ -208,16 +177,6 @@ def input_rows(unit: Unit, inputs: Sequence[Records]) -> NDArray[np.float64]:
         for one in unit.arguments
     ]
     return np.hstack([np.empty((len(inputs), 0)), *columns])
-
-
-def records_of(unit: Unit, row: NDArray[np.float64], like: Records) -> Records:
-    """The arguments of a step that reads this row; what it does not read is as in others."""
-    numbers, records = iter(row.tolist()), dict(like)
-    for argument in unit.arguments:
-        own = paths_of(like[argument.name])
-        changes = {own[signal.place]: next(numbers) for signal in argument.signals}
-        records[argument.name] = replace(like[argument.name], changes)
-    return records
 
 
 def rows_at(records: Sequence[Block], places: Sequence[str]) -> NDArray[np.float64]:
