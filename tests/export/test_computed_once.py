@@ -93,3 +93,8 @@ def test_a_valve_inversion_computes_no_power_of_its_parameters() -> None:
     assert "/* self.kept(dt) */" in unit.source
     assert "/* lag.kept(self.reach * dt) */" in unit.source
     assert "controller.reach" in [one.path for one in unit.parameters]  # though no number of the C is it
+
+
+def test_the_same_export_gives_the_same_names() -> None:
+    loop = load_scenario("axis/position-lq")
+    assert len({text_of(loop, inlined=True) for _ in range(5)}) == 1

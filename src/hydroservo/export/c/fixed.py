@@ -85,7 +85,7 @@ class Values:
     def __init__(self, given: Mapping[Function, Sequence[Any]]) -> None:
         self.arguments: dict[tuple[Function, str], Any] = {}
         self.calls: dict[Call, Any] = {}
-        self.reached: set[Function] = set()
+        self.reached: dict[Function, None] = {}  # in the order of the calls
         before = -1
         while before != self.varying():  # each round knows less; what varies only grows
             before = self.varying()
@@ -105,7 +105,7 @@ class Values:
                 self.arguments[function, name] = VARIES
         if function in self.reached:
             return
-        self.reached.add(function)
+        self.reached[function] = None
         for callee in function.calls:  # from text that is written in C, not translated
             self.visit(callee, [VARIES] * len(callee.parameters))
         self.follow(function.body, {name: self.arguments[function, name] for name, _ in function.parameters})

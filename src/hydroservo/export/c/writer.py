@@ -104,7 +104,6 @@ class Writer:
         self.constants: dict[tuple[str, str, float], NamedConstant] = {}
         self.pointers: dict[str, bool] = {}  # of the function at hand: whether a name is a pointer
         self.renamed: dict[str, str] = {}
-        self.changing: set[str] = set()
 
     # types
 
@@ -170,7 +169,7 @@ class Writer:
         return "\n".join([f"{head} {{", *lines, "}", ""])
 
     def begin(self, function: Function) -> None:
-        self.renamed, self.changing = {}, set(function.locals)
+        self.renamed = {}
         self.pointers = {name: isinstance(kind, Record) for name, kind in function.parameters}
 
     def signature(self, taken: Sequence[tuple[str, Type]]) -> str:
