@@ -4,17 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo.export.c import source
 from tests.support.export.law_campaign import SANITIZED, Tried, campaign, tried, wrong
 from tests.support.needs import needs
 
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.txt"))  # laws that were wrong once
-
-
-@pytest.fixture(autouse=True)
-def _not_formatted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The layout of C is not what is tried here, and takes a program of its own."""
-    monkeypatch.setattr(source, "formatted", str)
 
 
 @pytest.mark.parametrize("flags", [("-O2",), SANITIZED], ids=["optimized", "sanitized"])

@@ -28,7 +28,6 @@ from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS, kernel_text
 from hydroservo.engine.machine_code import object_code
 from hydroservo.engine.native import CompileError, Native
 from hydroservo.errors import LoopError
-from hydroservo.export.c import source
 from hydroservo.export.c.vectors import rows_at
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.parts import block_of
@@ -305,7 +304,6 @@ def campaign(first: int, count: int, folder: Path, flags: tuple[str, ...]) -> tu
 
 
 if __name__ == "__main__":
-    source.formatted = str
     total, start = int(sys.argv[1]), int((*sys.argv, "0")[2])
     for at in range(start, start + total, 500):
         with tempfile.TemporaryDirectory() as place:

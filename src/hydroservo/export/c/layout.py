@@ -1,36 +1,85 @@
-"""The layout of C, which is clang-format's business."""
+"""The layout of C: statements are indented by the braces around them, and parted where they are too long."""
 
-import json
-import subprocess
+import re
+from collections.abc import Iterator, Sequence
+from itertools import accumulate, groupby
 
-from clang_format import get_executable
-
-from hydroservo.errors import LoopError
 from hydroservo.export.comments import WIDTH
 
-STYLE = {
-    "BasedOnStyle": "LLVM",
-    "IndentWidth": 4,
-    "ColumnLimit": WIDTH,
-    "AlignAfterOpenBracket": "BlockIndent",
-    "AllowShortFunctionsOnASingleLine": "None",
-    "BinPackArguments": False,
-    "BinPackParameters": False,
-    "BreakBeforeBinaryOperators": "NonAssignment",
-    "MaxEmptyLinesToKeep": 1,
-    "PenaltyReturnTypeOnItsOwnLine": 1000,
-    "ReflowComments": False,
-    "SortIncludes": False,
-}
+INDENT = "    "
+KEPT = ("/*", " *", "#")  # what lines of comments and of the preprocessor begin with
+OPERATOR = re.compile(r" (?=([-+*/%<>?:&|^]|[<>=!]=|<<|>>|&&|\|\|) )")  # a pointer's * has no blank behind it
+COMMA = re.compile(r"(?<=,) ")
+VALUE = re.compile(r"(?<= =) ")
+NOTED = re.compile(r"(.*[;,]) (/\* .* \*/)")  # with a comment behind it
 
 
-def formatted(text: str) -> str:
-    """A text of C with the indentation and the line breaks of one style."""
-    command = [get_executable("clang-format"), f"--style={json.dumps(STYLE)}", "--assume-filename=x.c"]
-    try:
-        done = subprocess.run(  # noqa: S603 - a library's own program
-            command, input=text.encode(), capture_output=True, check=True
-        )
-    except (OSError, subprocess.CalledProcessError) as error:
-        raise LoopError(f"clang-format, which formats exported C, does not run here: {error}") from None
-    return done.stdout.decode()
+def laid_out(text: str) -> str:
+    """A text of C, each line of which is a statement as far as its end or the brace that it opens."""
+    depth, lines = 0, []
+    for line in text.split("\n"):
+        if line.startswith(KEPT):
+            lines.append(line)
+            continue
+        statement = line.strip()
+        depth -= statement.startswith("}")
+        lines += parted(statement, INDENT * depth)
+        depth += statement.endswith("{")
+    return "\n".join(aligned(lines))
+
+
+def parted(text: str, indent: str) -> list[str]:
+    """A statement, or a part of one, in as many lines as it takes.
+
+    It is parted behind its =, before its outer operators or, where it has none, in its last brackets.
+    """
+    if len(indent) + len(text) <= WIDTH or NOTED.fullmatch(text):
+        return [(indent + text).rstrip()]
+    deeper = indent + INDENT
+    name, *value = outer_parts(text, VALUE)
+    if value and len(deeper) + len(value[0]) <= WIDTH:
+        return [indent + name, deeper + value[0]]
+    first, *operands = outer_parts(text, OPERATOR)
+    if value and operands and len(indent) + len(first) > WIDTH:
+        first, operands = name, outer_parts(value[0], OPERATOR)
+    if operands:
+        return [*parted(first, indent), *(line for one in operands for line in parted(one, deeper))]
+    before, inside, after = brackets(text)
+    return [indent + before, *listed(inside, deeper), indent + after] if inside else [indent + text]
+
+
+def listed(inside: str, indent: str) -> list[str]:
+    """What stands in brackets: in one line, or parted behind each comma, or before each operator."""
+    if len(indent) + len(inside) <= WIDTH:
+        return [indent + inside]
+    parts = outer_parts(inside, COMMA)
+    parts = parts if len(parts) > 1 else outer_parts(inside, OPERATOR)
+    return [line for one in parts for line in parted(one, indent)]
+
+
+def outer_parts(text: str, between: re.Pattern[str]) -> list[str]:
+    """The parts of a text between these blanks, but for blanks in brackets."""
+    found = [i for i, depth in enumerate(depths(text)) if depth == 0 and i > 0 and between.match(text, i)]
+    starts, ends = [0, *(i + 1 for i in found)], [*found, len(text)]
+    return [text[start:end] for start, end in zip(starts, ends, strict=True)]
+
+
+def brackets(text: str) -> tuple[str, str, str]:
+    """What stands before the last outer brackets, in them, and from their end on."""
+    outer = [i for i, depth in enumerate(depths(text)) if depth == 0]
+    end = max((i for i in outer if text[i] in ")]}"), default=0)
+    start = max((i for i in outer if i < end), default=-1) + 1
+    return text[: start + 1], text[start + 1 : end], text[end:]
+
+
+def depths(text: str) -> list[int]:
+    """In how many brackets each sign of a text stands; the end of brackets is outside of them."""
+    return list(accumulate((sign in "([{") - (sign in ")]}") for sign in text))
+
+
+def aligned(lines: Sequence[str]) -> Iterator[str]:
+    """Lines whose comments begin in one column where lines that follow each other have one behind them."""
+    for noted, group in groupby(lines, lambda line: NOTED.fullmatch(line) is not None):
+        pairs = [line.rpartition(" /* ") if noted else (line, "", "") for line in group]
+        width = max(len(code) for code, _, _ in pairs)
+        yield from (f"{code:<{width}}{sign}{rest}" if noted else code for code, sign, rest in pairs)

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export.c.layout import formatted
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import Signal, Unit
@@ -109,7 +108,7 @@ def c_project(unit: Unit, vectors: Vectors, proof: Proof | None = None) -> dict[
         f"{p}.h": unit.header,
         f"{p}.c": unit.source,
         f"{p}_vectors.h": rendered("vectors.h", known),
-        f"{p}_replay.c": formatted(rendered("replay.c", known)),
+        f"{p}_replay.c": rendered("replay.c", known),
         "Makefile": rendered("Makefile", known),
         "README.md": rendered("README.md", known),
     }

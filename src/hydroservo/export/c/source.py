@@ -1,16 +1,17 @@
 """The header and the source of an exported unit."""
 
 import inspect
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any, NamedTuple
 
 from hydroservo.block import Block, nested_signal
 from hydroservo.export.c.declared import declared_in, in_arguments, in_parameters, in_state
-from hydroservo.export.c.layout import formatted
+from hydroservo.export.c.layout import INDENT, laid_out
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.writer import Ends, NamedConstant, Writer
-from hydroservo.export.comments import comment, in_comment
+from hydroservo.export.comments import WIDTH, comment, in_comment
 from hydroservo.export.unit import Part
 from hydroservo.field import Field
 from hydroservo.language.names import identifier
@@ -181,7 +182,7 @@ def texts(translation: Translation, needed: Needed, form: Form) -> Texts:
     ]
     records = [writer.record(one) for one in shown]
     header = header_text(form, records, declarations(translation, writer, form.inlined))
-    return Texts(formatted(header), formatted(joined(parts)))
+    return Texts(header, laid_out(joined(parts)))
 
 
 def constant_text(one: NamedConstant) -> str:
@@ -196,7 +197,7 @@ def joined(parts: Sequence[str]) -> str:
 def header_text(form: Form, records: Sequence[str], declared: Sequence[str]) -> str:
     """The header, for C and C++."""
     defaults = f"extern const {form.prefix}_parameters {form.prefix}_defaults;\n"
-    body = joined([*records, "" if form.inlined else defaults, *declared])
+    body = laid_out(joined([*records, "" if form.inlined else defaults, *declared]))
     guard = form.prefix.upper()
     return HEADER.format(
         about=comment(form.about), guard=guard, hash=form.hash, version=form.version, body=body
@@ -263,8 +264,8 @@ def matrix_text(writer: Writer, matrix: Matrix) -> str:
 
 def table_text(writer: Writer, table: Table) -> str:
     numbers = [writer.number(float(one))[0] for one in table.array.ravel()]
-    body = ", ".join(numbers)
-    return f"static const {writer.real} {writer.prefix}_{table.name}[{len(numbers)}] = {{{body}}};\n"
+    body = textwrap.fill(", ".join(numbers), WIDTH - len(INDENT))
+    return f"static const {writer.real} {writer.prefix}_{table.name}[{len(numbers)}] = {{\n{body}\n}};\n"
 
 
 def defaults_text(translation: Translation, writer: Writer, inlined: bool) -> str:

@@ -11,7 +11,10 @@ def reinterpreted(said: str, before: str, after: str) -> Function:
     text = f"""\
 /* {said} */
 static {TYPES[after]} ops_{after}({TYPES[before]} x) {{{{
-    union {{{{ {TYPES[before]} {before}; {TYPES[after]} {after}; }}}} both;
+    union {{{{
+        {TYPES[before]} {before};
+        {TYPES[after]} {after};
+    }}}} both;
     both.{before} = x;
     return both.{after};
 }}}}

@@ -1,6 +1,6 @@
 """What the functions on whole states ask of the types they are made for."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from hydroservo.language.names import identifier
 from hydroservo.language.scope import TranslationError
@@ -21,8 +21,3 @@ def leaf_places(record: Record, place: str = "") -> Iterator[str]:
             yield from leaf_places(kind, f"{place}{identifier(name)}.")
         else:
             yield place + identifier(name)
-
-
-def joined(lines: Iterable[str], depth: int = 4) -> str:
-    """Lines of a text, all but the first indented."""
-    return f"\n{' ' * depth}".join(lines)

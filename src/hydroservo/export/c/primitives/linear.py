@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from hydroservo import states
 from hydroservo.engine.state_text import record_of
-from hydroservo.export.c.primitives.kinds import joined, leaf_places
+from hydroservo.export.c.primitives.kinds import leaf_places
 from hydroservo.export.c.writer import Writer
 from hydroservo.language.terms import REAL, Function, Matrix, Translator, Type
 
@@ -69,10 +69,10 @@ def factored(translator: Translator, arguments: Sequence[Type]) -> Function:
             state=writer.type(state),
             nudge=nudge.name,
             deriv=call,
-            unpack_x=joined(f"number[{i}] = x->{place};" for i, place in enumerate(places)),
-            unpack_f=joined(f"rate[{i}] = f->{place};" for i, place in enumerate(places)),
-            pack_nudged=joined((f"nudged.{place} = number[{i}];" for i, place in enumerate(places)), 8),
-            unpack_rates=joined((f"moved[{i}] = rates.{place};" for i, place in enumerate(places)), 8),
+            unpack_x="\n".join(f"number[{i}] = x->{place};" for i, place in enumerate(places)),
+            unpack_f="\n".join(f"rate[{i}] = f->{place};" for i, place in enumerate(places)),
+            pack_nudged="\n".join(f"nudged.{place} = number[{i}];" for i, place in enumerate(places)),
+            unpack_rates="\n".join(f"moved[{i}] = rates.{place};" for i, place in enumerate(places)),
         )
 
     made = Function(name, parameters, returns=matrix, written=text, calls=(nudge, deriv), whole=(state,))
@@ -115,8 +115,8 @@ def solved(translator: Translator, arguments: Sequence[Type]) -> Function:
             state=writer.type(record),
             name=name,
             n=len(places),
-            unpack=joined(f"z[{i}] = k->{place};" for i, place in enumerate(places)),
-            pack=joined(f"result.{place} = z[{i}];" for i, place in enumerate(places)),
+            unpack="\n".join(f"z[{i}] = k->{place};" for i, place in enumerate(places)),
+            pack="\n".join(f"result.{place} = z[{i}];" for i, place in enumerate(places)),
         )
 
     parameters = [("matrix", matrix), ("k", record)]
