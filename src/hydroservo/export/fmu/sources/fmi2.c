@@ -83,31 +83,22 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
                                fmi2Real startTime, fmi2Boolean stopTimeDefined, fmi2Real stopTime) {
     (void)toleranceDefined; /* the steps of the integrator are those of the scenario */
     (void)tolerance;
-    if (!instance_allows(c, INSTANTIATED, "fmi2SetupExperiment")) {
-        return fmi2Error;
-    }
-    return (fmi2Status)instance_setup(c, startTime, stopTimeDefined != fmi2False, stopTime);
+    return (fmi2Status)WITHIN(c, INSTANTIATED, "fmi2SetupExperiment",
+                              instance_setup(c, startTime, stopTimeDefined != fmi2False, stopTime));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
-    if (!instance_allows(c, INSTANTIATED, "fmi2EnterInitializationMode")) {
-        return fmi2Error;
-    }
-    return (fmi2Status)instance_enter_initialization(c);
+    return (fmi2Status)WITHIN(c, INSTANTIATED, "fmi2EnterInitializationMode",
+                              instance_enter_initialization(c));
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-    if (!instance_allows(c, INITIALIZATION, "fmi2ExitInitializationMode")) {
-        return fmi2Error;
-    }
-    return (fmi2Status)instance_exit_initialization(c);
+    return (fmi2Status)WITHIN(c, INITIALIZATION, "fmi2ExitInitializationMode",
+                              instance_exit_initialization(c));
 }
 
 fmi2Status fmi2Terminate(fmi2Component c) {
-    if (!instance_allows(c, RUNNING, "fmi2Terminate")) {
-        return fmi2Error;
-    }
-    return (fmi2Status)instance_terminate(c);
+    return (fmi2Status)WITHIN(c, RUNNING, "fmi2Terminate", instance_terminate(c));
 }
 
 fmi2Status fmi2Reset(fmi2Component c) {
@@ -125,54 +116,27 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]) {
-    if (!instance_allows(c, INSTANTIATED | INITIALIZATION | RUNNING, "fmi2SetReal")) {
-        return fmi2Error;
+    return (fmi2Status)WITHIN(c, INSTANTIATED | INITIALIZATION | RUNNING, "fmi2SetReal",
+                              instance_set(c, vr, nvr, value));
+}
+
+#ifdef __GNUC__
+#pragma GCC diagnostic ignored "-Wunused-parameter" /* C99 has no parameters without a name */
+#endif
+
+#define LACKS(Type)                                                                                          \
+    fmi2Status fmi2Get##Type(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,                     \
+                             fmi2##Type value[]) {                                                           \
+        return c == NULL ? fmi2Error : (fmi2Status)instance_lacks(c, nvr, #Type);                            \
+    }                                                                                                        \
+    fmi2Status fmi2Set##Type(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,                     \
+                             const fmi2##Type value[]) {                                                     \
+        return c == NULL ? fmi2Error : (fmi2Status)instance_lacks(c, nvr, #Type);                            \
     }
-    return (fmi2Status)instance_set(c, vr, nvr, value);
-}
 
-static fmi2Status lacking(fmi2Component c, size_t count, const char *type) {
-    return c == NULL ? fmi2Error : (fmi2Status)instance_lacks(c, count, type);
-}
-
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[]) {
-    (void)vr;
-    (void)value;
-    return lacking(c, nvr, "Integer");
-}
-
-fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[]) {
-    (void)vr;
-    (void)value;
-    return lacking(c, nvr, "Boolean");
-}
-
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[]) {
-    (void)vr;
-    (void)value;
-    return lacking(c, nvr, "String");
-}
-
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                          const fmi2Integer value[]) {
-    (void)vr;
-    (void)value;
-    return lacking(c, nvr, "Integer");
-}
-
-fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                          const fmi2Boolean value[]) {
-    (void)vr;
-    (void)value;
-    return lacking(c, nvr, "Boolean");
-}
-
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                         const fmi2String value[]) {
-    (void)vr;
-    (void)value;
-    return lacking(c, nvr, "String");
-}
+LACKS(Integer)
+LACKS(Boolean)
+LACKS(String)
 
 /* --- saved states --- */
 
@@ -212,11 +176,5 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedSta
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[],
                                         size_t nUnknown, const fmi2ValueReference vKnown_ref[], size_t nKnown,
                                         const fmi2Real dvKnown[], fmi2Real dvUnknown[]) {
-    (void)vUnknown_ref;
-    (void)nUnknown;
-    (void)vKnown_ref;
-    (void)nKnown;
-    (void)dvKnown;
-    (void)dvUnknown;
     return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "directional derivatives are not provided");
 }

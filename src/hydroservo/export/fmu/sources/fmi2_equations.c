@@ -5,10 +5,7 @@
 #include <math.h>
 
 fmi2Status fmi2EnterEventMode(fmi2Component c) {
-    if (!instance_allows(c, EVENTS | CONTINUOUS, "fmi2EnterEventMode")) {
-        return fmi2Error;
-    }
-    return (fmi2Status)equations_enter_events(c);
+    return (fmi2Status)WITHIN(c, EVENTS | CONTINUOUS, "fmi2EnterEventMode", equations_enter_events(c));
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
@@ -29,10 +26,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
 }
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
-    if (!instance_allows(c, EVENTS, "fmi2EnterContinuousTimeMode")) {
-        return fmi2Error;
-    }
-    return (fmi2Status)equations_enter_continuous(c);
+    return (fmi2Status)WITHIN(c, EVENTS, "fmi2EnterContinuousTimeMode", equations_enter_continuous(c));
 }
 
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
@@ -51,17 +45,11 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
 }
 
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
-    if (!instance_allows(c, EVENTS | CONTINUOUS, "fmi2SetTime")) {
-        return fmi2Error;
-    }
-    return (fmi2Status)equations_set_time(c, time);
+    return (fmi2Status)WITHIN(c, EVENTS | CONTINUOUS, "fmi2SetTime", equations_set_time(c, time));
 }
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx) {
-    if (!instance_allows(c, CONTINUOUS, "fmi2SetContinuousStates")) {
-        return fmi2Error;
-    }
-    return (fmi2Status)equations_set_states(c, x, nx);
+    return (fmi2Status)WITHIN(c, CONTINUOUS, "fmi2SetContinuousStates", equations_set_states(c, x, nx));
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {

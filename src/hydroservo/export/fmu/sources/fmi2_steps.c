@@ -6,10 +6,8 @@
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
     (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept of earlier steps */
-    if (!instance_allows(c, STEPPING, "fmi2DoStep")) {
-        return fmi2Error;
-    }
-    return (fmi2Status)steps_take(c, currentCommunicationPoint, communicationStepSize);
+    return (fmi2Status)WITHIN(c, STEPPING, "fmi2DoStep",
+                              steps_take(c, currentCommunicationPoint, communicationStepSize));
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value) {
@@ -37,44 +35,34 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boo
 
 /* --- what this FMU does not do: steps that run on their own, interpolation, derivatives --- */
 
+#ifdef __GNUC__
+#pragma GCC diagnostic ignored "-Wunused-parameter" /* C99 has no parameters without a name */
+#endif
+
 fmi2Status fmi2CancelStep(fmi2Component c) {
     return c == NULL ? fmi2Error
                      : (fmi2Status)instance_refuse(c, "no step is pending that could be cancelled");
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value) {
-    (void)s;
-    (void)value;
     return c == NULL ? fmi2Error : (fmi2Status)instance_discard(c, "no step is pending");
 }
 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value) {
-    (void)s;
-    (void)value;
     return c == NULL ? fmi2Error : (fmi2Status)instance_discard(c, "a step has no state that is an integer");
 }
 
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2String *value) {
-    (void)s;
-    (void)value;
     return c == NULL ? fmi2Error : (fmi2Status)instance_discard(c, "no step is pending");
 }
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                        const fmi2Integer order[], const fmi2Real value[]) {
-    (void)vr;
-    (void)nvr;
-    (void)order;
-    (void)value;
     return c == NULL ? fmi2Error
                      : (fmi2Status)instance_refuse(c, "inputs are held over a step, not interpolated");
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                         const fmi2Integer order[], fmi2Real value[]) {
-    (void)vr;
-    (void)nvr;
-    (void)order;
-    (void)value;
     return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "derivatives of outputs are not provided");
 }

@@ -73,17 +73,12 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefi
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-    if (!instance_allows(c, INITIALIZATION, "fmi3ExitInitializationMode")) {
-        return fmi3Error;
-    }
-    return (fmi3Status)instance_exit_initialization(c);
+    return (fmi3Status)WITHIN(c, INITIALIZATION, "fmi3ExitInitializationMode",
+                              instance_exit_initialization(c));
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c) {
-    if (!instance_allows(c, RUNNING, "fmi3Terminate")) {
-        return fmi3Error;
-    }
-    return (fmi3Status)instance_terminate(c);
+    return (fmi3Status)WITHIN(c, RUNNING, "fmi3Terminate", instance_terminate(c));
 }
 
 fmi3Status fmi3Reset(fmi3Instance c) {

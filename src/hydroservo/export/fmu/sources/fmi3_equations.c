@@ -15,10 +15,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
 }
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c) {
-    if (!instance_allows(c, EVENTS | CONTINUOUS, "fmi3EnterEventMode")) {
-        return fmi3Error;
-    }
-    return (fmi3Status)equations_enter_events(c);
+    return (fmi3Status)WITHIN(c, EVENTS | CONTINUOUS, "fmi3EnterEventMode", equations_enter_events(c));
 }
 
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
@@ -51,10 +48,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *discreteStatesN
 }
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
-    if (!instance_allows(c, EVENTS, "fmi3EnterContinuousTimeMode")) {
-        return fmi3Error;
-    }
-    return (fmi3Status)equations_enter_continuous(c);
+    return (fmi3Status)WITHIN(c, EVENTS, "fmi3EnterContinuousTimeMode", equations_enter_continuous(c));
 }
 
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
@@ -72,18 +66,13 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean noSetFMUState
 }
 
 fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
-    if (!instance_allows(c, EVENTS | CONTINUOUS, "fmi3SetTime")) {
-        return fmi3Error;
-    }
-    return (fmi3Status)equations_set_time(c, time);
+    return (fmi3Status)WITHIN(c, EVENTS | CONTINUOUS, "fmi3SetTime", equations_set_time(c, time));
 }
 
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 continuousStates[],
                                    size_t nContinuousStates) {
-    if (!instance_allows(c, CONTINUOUS, "fmi3SetContinuousStates")) {
-        return fmi3Error;
-    }
-    return (fmi3Status)equations_set_states(c, continuousStates, nContinuousStates);
+    return (fmi3Status)WITHIN(c, CONTINUOUS, "fmi3SetContinuousStates",
+                              equations_set_states(c, continuousStates, nContinuousStates));
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 continuousStates[], size_t nContinuousStates) {

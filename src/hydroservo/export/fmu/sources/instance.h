@@ -98,6 +98,9 @@ status instance_discard(instance *self, const char *format, ...);
 /* False, with a message, for a call that must not come in this phase; false where there is no instance. */
 bool instance_allows(instance *self, unsigned phases, const char *call);
 
+/* What a call reports that must come in one of these phases. */
+#define WITHIN(self, phases, call, done) (instance_allows(self, phases, call) ? (done) : STATUS_ERROR)
+
 /* Refuses to get or set variables of a type that no variable has. */
 status instance_lacks(instance *self, size_t count, const char *type);
 
