@@ -145,7 +145,9 @@ def test_single_precision_states_its_deviation(
     done = check(tmp_path, compiler)
     assert (done.returncode, done.stderr) == (0, "")
     said = done.stdout[done.stdout.index("law: 500 samples") : done.stdout.index("make: Leaving")]
-    assert said in (tmp_path / "README.md").read_text()
+    text = (tmp_path / "README.md").read_text()
+    assert said in text
+    assert "\n\n\n" not in text
     relative = {line.split()[2]: float(line.split()[1]) for line in said.splitlines()[2:-1]}
     assert list(relative) == [signal.path for signal in single[0].states]
     assert all(0.0 < value < 1e-4 for value in relative.values())
