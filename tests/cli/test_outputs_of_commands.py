@@ -41,7 +41,7 @@ COMMANDS = [
     (("audit", "paper/sine-pi"), "DIR", "metrics.json", "hydroservo.audits.audit"),
     (("study", "small"), "DIR", "study.json", "hydroservo.studies.running.do"),
     (("study", "small"), "DIR", "report.html", "hydroservo.studies.running.do"),
-    (("paper",), "DIR", "trajectories/sine-pi.parquet", "hydroservo.papers.tsmc_eha_2021.study.run_study"),
+    (("paper",), "DIR", "trajectories/sine-pi.nc", "hydroservo.papers.tsmc_eha_2021.study.run_study"),
     (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.products.proven_vectors"),
     (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.products.proven_vectors"),
     (("export", "ssp", "paper/sine-pi"), "loop.ssp", "", "hydroservo.export.products.proven_vectors"),

@@ -42,7 +42,7 @@ def steps(law: Controller, rows: Rows) -> Rows:
     """The states of a law after each row, by strictly compiled Python."""
     first = law.init()
     width = sum(1 for _ in leaves(first))
-    store = compiled(flat.storer(first, lambda i: f"lane * {width} + {i}"))
+    store = flat.storer(first, lambda i: f"lane * {width} + {i}")
 
     def run(law, s, rows, out, dt):  # type: ignore[no-untyped-def]
         for k in range(rows.shape[0]):
@@ -52,6 +52,7 @@ def steps(law: Controller, rows: Rows) -> Rows:
             s = law.step(s, y, Demand(rows[k, 7], rows[k, 8], rows[k, 9]), dt)
             store(out, k, s)
 
+    run.__module__ = flat.__name__  # whose functions may use memory
     out = np.empty(len(rows) * width)
     compiled(run)(law, first, rows, out, PERIOD)
     return out.reshape(-1, width)

@@ -130,14 +130,51 @@ def nested(x: float, n: int) -> tuple[Any, ...]:
 
 def unrolled(x: float, y: float) -> tuple[Any, ...]:
     total = 0.0
-    for i, (a, b) in enumerate(zip((x, y, 1.0), reversed((x, y, 2.0)), strict=False)):
-        total += a * b + i
+    for i, (a, b) in enumerate(zip((x, y, 1.0), reversed((x, y, 2.0)), strict=True), start=1):
+        for j in range(3):
+            if j == 2:
+                break
+            total += a * b + i
     row = (*Pair(x, y), total, *(x, y)[:1])
-    return (*row, len(row), row[-1], sum_of(Pair(x, y)))
+    [c, d] = row[1:3]
+    return (*row, len(row), row[-1], c, d)
 
 
-def sum_of(pair: Pair) -> float:
-    return ops.absolute(pair.a)
+def held(x: float, y: float) -> tuple[Any, ...]:
+    """What a loop goes through, and methods that were taken, stay as they were."""
+    b, total, s = y, 0.0, Pair(x, y)
+    for v in (x, b):
+        b = 10.0
+        total += v
+    for v in s:
+        s = Pair(100.0, v)
+        total += v
+    both = (s.total, s.total)
+    s, f = Pair(y, x), s.total
+    return total + b, s, both[0](), f()
+
+
+def signs(x: float, y: float) -> tuple[Any, ...]:
+    ways = (x, y) if x > y else (y, x)
+    pair = (y, x)
+    if x < 0.0:
+        pair = (x, 1.0)
+    t = ()
+    t += (x,)
+    return +x, -(x > 0.0), ways, pair, (x > 0.0) ^ (y > 0.0), t, 10.0**2
+
+
+class Limited(NamedTuple):
+    limit: float
+    law: Any = None
+
+    def within(self, x: float, limit: Any = None) -> float:
+        if limit is None:
+            limit = self.limit
+        return ops.minimum(x, limit)
+
+    def both(self, x: float) -> tuple[Any, ...]:
+        return self.within(x), self.within(x, 1.0), bool(self.law), self.law is None
 
 
 def early(x: float, i: int) -> Pair:
@@ -157,7 +194,20 @@ def called(x: float, y: float) -> tuple[Any, ...]:
     return p.total(), p.total(2.0), p.total(plus=y), block.law.total(), known
 
 
-FUNCTIONS = [called, casts, choices, comparisons, early, nested, quotients, searched, sums]
+FUNCTIONS = [
+    called,
+    casts,
+    choices,
+    comparisons,
+    early,
+    held,
+    nested,
+    quotients,
+    searched,
+    signs,
+    sums,
+    unrolled,
+]
 NUMBERS = {
     "float": st.floats(-1e6, 1e6).filter(lambda x: x == 0.0 or abs(x) > 1e-100),
     "int": st.integers(-1000, 1000),
@@ -193,6 +243,21 @@ def test_a_division_by_zero_is_infinite_or_none() -> None:
     assert machine(quotients)(1.0, 0.0, 5)[0] == math.inf
     assert machine(quotients)(-1.0, 1.0, 0)[7] == -math.inf
     assert math.isnan(machine(quotients)(0.0, 0.0, 5)[1])
+
+
+def test_an_argument_may_be_missing() -> None:
+    block = Limited(2.5)
+    for x in (3.0, 2.0, -1.0):
+        assert machine(Limited.both)(block, x) == block.both(x)
+
+
+def test_a_switch_is_not_a_number() -> None:
+    found = [machine(with_law)(Nest(Pair(1.0), law)) for law in (True, 1, 1.0)]
+    assert [type(nest.law) for nest in found] == [bool, int, float]
+
+
+def with_law(nest: Nest) -> Nest:
+    return nest
 
 
 def test_arrays_are_read_within_their_bounds() -> None:
@@ -289,6 +354,40 @@ def unsure(x: float) -> Any:
     return y
 
 
+def twice_read(x: float) -> Any:
+    pairs = zip((x, 1.0), (2.0, x), strict=True)
+    return sum_of_pairs(pairs)
+
+
+def sum_of_pairs(pairs: Any) -> float:
+    return 0.0
+
+
+def nothing(x: float) -> Any:
+    n = None
+    for _ in range(3):
+        n = None
+    return x if n is None else 0.0
+
+
+def unordered(x: float) -> Any:
+    return x if x > None else 0.0  # type: ignore[operator]
+
+
+def no_number(x: float) -> Any:
+    return x * int(math.nan)
+
+
+def complex_number(x: float) -> Any:
+    return x * (-8) ** 0.5
+
+
+def field_changed(x: float) -> Any:
+    p = Pair(x)
+    p.a, q = x, 1.0  # type: ignore[misc]
+    return q
+
+
 def outgrown(x: float) -> Any:
     n = 1
     for _ in range(60):
@@ -302,7 +401,7 @@ REFUSED = {
     unknown: "sorted((x, 1.0)) is not supported",
     fields: "Pair has neither a field nor a method 'c'",
     lacking: "Pair is given no a",
-    unlike: "y changes its type",
+    unlike: "y is None and something else in turn; give it two names",
     mixed: "a choice of a float and a whole number; write 1.0 and not 1 for a float",
     squared: "a ** b of floats is not supported; write x * x, or use ops.power",
     rounded: "int of a float is not supported; use ops.floor or ops.nearest",
@@ -312,6 +411,12 @@ REFUSED = {
     raised: "'raise ValueError' is not supported; return math.nan",
     unbound: "y may have no value yet",
     unsure: "y may have no value yet",
+    twice_read: "pairs can be read once alone; loop over it directly",
+    nothing: "n is None and something else in turn; give it two names",
+    unordered: "a number is needed here",
+    no_number: "int(math.nan) is not supported",
+    complex_number: "'(-8) ** 0.5' is not supported",
+    field_changed: "only names can be assigned to",
     outgrown: "'n * 3': a whole number that may outgrow 64 bits; use floats",
 }
 

@@ -85,7 +85,7 @@ def test_the_folder_holds_everything(folder):
         f"{stem}.{ending}" for stem in ("fig03", "fig04", "overview", "verdicts") for ending in ("png", "svg")
     ]
     trajectories = [
-        f"trajectories/{demand}-{name}.parquet"
+        f"trajectories/{demand}-{name}.nc"
         for demand in ("sine", "square")
         for name in ("backstepping", "pi", "tsmc")
     ]

@@ -63,7 +63,7 @@ def shape(value: Any, known: bool = False) -> Any:
     if isinstance(value, tuple):
         return (type(value), *(shape(part, inside) for part, inside in parts(value)))
     if known and isinstance(value, int):
-        return (Known, value)
+        return Known(value)
     if isinstance(value, np.ndarray):
         return (Array, value.shape if known else (None,) * value.ndim)
     return next((kind for kind in (bool, int, float) if isinstance(value, kind)), type(value))
@@ -87,27 +87,27 @@ def gather(value: Any, doubles: list[float], integers: list[int], known: bool = 
         integers += [value.ctypes.data, *value.shape]
     elif isinstance(value, float):
         doubles.append(value)
-    elif not (known and isinstance(value, int)):
+    elif value is not None and not (known and isinstance(value, int)):
         integers.append(int(value))
 
 
 def numbers_in(shape: Any) -> Iterator[type]:
     """The types of the numbers in a shape."""
-    if not isinstance(shape, tuple):
-        yield shape
-    elif shape[0] is not Known:
+    if isinstance(shape, tuple):
         for part in shape[1:]:
             yield from numbers_in(part)
+    elif not isinstance(shape, Known):
+        yield shape
 
 
 def value(shape: Any, results: Iterator[np.int64]) -> Any:
     """What was returned, from 64 bits of each number."""
     if isinstance(shape, tuple):
         cls, *parts = shape
-        if cls is Known:
-            return parts[0]
         found = [value(part, results) for part in parts]
         block: Block = tuple(found) if cls is tuple else cls(*found)
         return block
+    if isinstance(shape, Known):
+        return shape.value
     bits = next(results)
     return float(bits.view(np.float64)) if shape is float else shape(bits)

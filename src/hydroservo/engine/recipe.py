@@ -26,12 +26,12 @@ import numpy as np
 from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
-from hydroservo import language
+from hydroservo import language, ops
 
 PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 BELOW = {"llvmlite", "numpy", "builtins"}
 ENGINE = Path(__file__).parent
-LANGUAGE = Path(language.__file__).parent
+LANGUAGE, OPS = Path(language.__file__).parent, Path(ops.__file__).parent
 MADE = {"__new__", "__repr__", "__getnewargs__", "_make", "_replace", "_asdict"}  # by NamedTuple
 NAME = re.compile(r"\.\s*([^\W\d]\w*)")
 LOADS = ("LOAD_ATTR", "LOAD_METHOD")
@@ -87,9 +87,9 @@ def methods_of(cls: type) -> list[tuple[str, FunctionType]]:
 
 
 def engine_text() -> str:
-    """A digest of the sources of the engine and the language, as they are when they are loaded."""
+    """A digest of the sources of the engine, the language and ops, as they are when they are loaded."""
     found = hashlib.sha256()
-    for path in sorted([*ENGINE.rglob("*.py"), *LANGUAGE.glob("*.py")]):
+    for path in sorted([*ENGINE.rglob("*.py"), *LANGUAGE.glob("*.py"), *OPS.glob("*.py")]):
         found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return found.hexdigest()
 

@@ -105,13 +105,13 @@ class Arithmetic:
 
     def folded(self, op: ast.operator, a: Known | Literal, b: Known | Literal, node: ast.AST) -> Value:
         """An operation of numbers that are both known."""
-        if isinstance(op, (ast.Pow, ast.LShift)) and abs(b.value) > MOST_BITS:
+        if isinstance(op, (ast.Pow, ast.LShift)) and isinstance(a, Known) and abs(b.value) > MOST_BITS:
             raise self.error(f"a number of more than {MOST_BITS} bits", node)
         try:
             found = FOLDED[type(op)](a.value, b.value)
+            return Known(found) if isinstance(found, int) else Literal(REAL, float(found))
         except (KeyError, ArithmeticError, TypeError, ValueError) as error:
             raise self.error(f"{ast.unparse(node)!r} is not supported: {error}", node) from None
-        return Known(found) if isinstance(found, int) else Literal(REAL, float(found))
 
     def whole_numbers(self, op: ast.operator, a: Value, b: Value, node: ast.AST) -> Expression:
         """An operation of whole numbers that are not both known; they have 64 bits at run time."""
@@ -122,7 +122,7 @@ class Arithmetic:
         sign = SIGNS.get(type(op)) or (BITS.get(type(op)) if house else None)
         if sign is None:
             way_out = (
-                "divide by a whole number that is written out" if type(op) in DIVISIONS else "use floats"
+                "divide by a positive number that is written out" if type(op) in DIVISIONS else "use floats"
             )
             raise self.error("this operation on whole numbers is not supported", node, way_out)
         found = Operation(INT, sign, first, second)
@@ -137,6 +137,8 @@ class Arithmetic:
             return Literal(REAL, -value.value)
         if isinstance(value, Expression) and value.type in (REAL, INT):
             return Unary(value.type, "-", value)
+        if is_truth(value):
+            return Unary(INT, "-", self.integer(value, node))
         raise self.error(f"{ast.unparse(node)!r} is not supported", node)
 
     def comparison(self, a: Value, op: ast.cmpop, b: Value, node: ast.AST) -> Expression | Known:
@@ -146,7 +148,7 @@ class Arithmetic:
         if type(op) not in COMPARISONS:
             raise self.error("this comparison is not supported", node)
         sign, compare = COMPARISONS[type(op)]
-        if isinstance(a, Known) and isinstance(b, Known):
+        if isinstance(a, Known) and isinstance(b, Known) and is_number(a) and is_number(b):
             return Known(compare(a.value, b.value))
         if self.whole(a) and self.whole(b):
             first, second = self.integer(a, node), self.integer(b, node)
@@ -184,6 +186,8 @@ class Arithmetic:
     ) -> Expression:
         """a if the condition holds, else b."""
         first, second = self.alike(a, b, node)
+        if isinstance(first.type, Known):
+            return first
         return Choice(first.type, condition, first, second, both)
 
     def alike(self, a: Value, b: Value, node: ast.AST) -> tuple[Expression, Expression]:
@@ -210,6 +214,10 @@ class Arithmetic:
         if isinstance(value, Expression) and value.type == BOOL:
             return Choice(INT, value, Whole(INT, 1), Whole(INT, 0))
         return self.runtime(value, node)
+
+    def counting(self, value: Value, node: ast.AST) -> Value:
+        """A whole number, known or not, that counts or finds something."""
+        return Known(int(value.value)) if isinstance(value, Known) else self.integer(value, node)
 
     def truth(self, value: Value) -> Expression:
         """A truth value at run time."""
@@ -246,6 +254,8 @@ class Arithmetic:
 
     def gathered(self, several: Several, node: ast.AST) -> Make:
         """Several values as one record."""
+        if several.once:
+            raise self.error("these values can be read once alone", node, "write tuple(...)")
         values = {
             name: self.runtime(item, node) for name, item in zip(several.names, several.items, strict=True)
         }
@@ -281,7 +291,7 @@ def equal(a: Expression, b: Expression) -> bool:
             return name == other and equal(x, y)
         case (Operation(operator=sign, a=x, b=y), Operation(operator=other, a=v, b=w)):
             same = equal(x, v) and equal(y, w)
-            return sign == other and (same or (sign != "-" and equal(x, w) and equal(y, v)))
+            return sign == other and (same or (sign in "+*&|^" and equal(x, w) and equal(y, v)))
     return False
 
 

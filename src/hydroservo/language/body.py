@@ -4,7 +4,7 @@ import ast
 from collections.abc import Sequence
 from types import FunctionType
 
-from hydroservo.language.bindings import Binding, parameters
+from hydroservo.language.bindings import Binding, parameters, stores
 from hydroservo.language.calls import is_op
 from hydroservo.language.expressions import Expressions
 from hydroservo.language.names import identifier, snake
@@ -119,7 +119,7 @@ class Body:
                 self.assigns([target], self.expressions.expression(value), node)
             case ast.AugAssign(target=ast.Name(id=name) as target, op=op, value=value):
                 before, change = self.expressions.named(name, node), self.expressions.expression(value)
-                self.assigns([target], self.expressions.arithmetic.binary(op, before, change, node), node)
+                self.assigns([target], self.expressions.binary(op, before, change, node), node)
             case ast.AugAssign(target=ast.Subscript() as target, op=op, value=value):
                 change = self.expressions.expression(value)
                 before = self.expressions.expression(target)
@@ -164,6 +164,8 @@ class Body:
 
     def returns(self, value: ast.expr, node: ast.AST) -> None:
         found = self.expressions.expression(value)
+        if isinstance(found, Several) and isinstance(value, ast.Tuple):
+            found = Several(found.items, names_of(value.elts, len(found.items)))
         if isinstance(found, Several) and self.returned:  # by the names of the first
             first, _ = self.returned[0]
             if isinstance(first, Record) and first.cls is None and len(first.fields) == len(found.items):
@@ -175,14 +177,14 @@ class Body:
 
     def assigns(self, targets: Sequence[ast.expr], value: Value, node: ast.AST) -> None:
         """Assigns one value to each of some targets, none of which may change it for the next."""
-        several = len(targets) > 1 or isinstance(targets[0], ast.Tuple)
+        several = len(targets) > 1 or isinstance(targets[0], ast.Tuple | ast.List)
         if several and self.changing(targets):
             value = self.held(value)
         for target in targets:
             match target:
                 case ast.Name():
                     self.assign(self.scope.bindings.assigned(target), value, node)
-                case ast.Tuple(elts=names):
+                case ast.Tuple(elts=names) | ast.List(elts=names):
                     for part, item in zip(names, self.items(value, len(names), node), strict=True):
                         self.assigns([part], item, node)
                 case ast.Subscript():
@@ -193,13 +195,15 @@ class Body:
 
     def changing(self, targets: Sequence[ast.expr]) -> bool:
         """True if one of the names in these targets changes."""
-        names = (node for one in targets for node in ast.walk(one) if isinstance(node, ast.Name))
+        names = (name for target in targets for name in stores(target))
         return any(self.scope.bindings.assigned(name).changing for name in names)
 
     def held(self, value: Value) -> Value:
         """A value that the assignments beside it cannot change, as in a, b = b, a."""
         if isinstance(value, Several):
-            return Several(tuple(self.held(item) for item in value.items), value.names)
+            return Several(tuple(self.held(item) for item in value.items), value.names, value.once)
+        if isinstance(value, Bound):
+            return Bound(self.expressions.kept(value.owner), value.function)
         changes = isinstance(value, Expression) and not isinstance(value, (Literal, Constant))
         return self.scope.let(self.scope.fresh("value"), value) if changes else value
 
@@ -211,8 +215,12 @@ class Body:
 
     def assign(self, binding: Binding, value: Value, node: ast.AST) -> None:
         scope, name = self.scope, binding.name
-        if isinstance(value, Bound):  # of the record as it is now
-            value = Bound(self.expressions.kept(value.owner), value.function)
+        if isinstance(value, Several) and value.once:
+            raise scope.error(f"{name} can be read once alone", node, "loop over it directly")
+        if isinstance(value, Bound | Several):  # of records as they are now
+            value = self.held(value)
+        if binding.changing and value == Known(None):
+            raise scope.error(f"{name} is None and something else in turn", node, "give it two names")
         if not binding.changing:
             scope.environment[binding] = scope.let(scope.in_c[binding], value)
             return
@@ -301,9 +309,9 @@ class Body:
 
     def unrolled(self, node: ast.For, items: Sequence[Value]) -> bool:
         """The statements once for each value."""
-        if any(isinstance(one, ast.Break | ast.Continue) for one in ast.walk(node)):
+        if leaves_loop(node.body):
             raise self.scope.error("a loop over a tuple runs to its end", node, "count with range, or use if")
-        for item in items:
+        for item in [self.held(item) for item in items]:  # which the statements may not change
             self.assigns([node.target], item, node)
             if self.statements(node.body):
                 return True
@@ -314,9 +322,7 @@ class Body:
         arithmetic = self.expressions.arithmetic
         if not 1 <= len(given) <= 3 or not all(map(arithmetic.whole, given)):
             raise self.scope.error("the count of a loop must be a whole number", node)
-        for one in given:
-            if isinstance(one, Known):
-                arithmetic.integer(one, node)
+        given = [arithmetic.counting(one, node) for one in given]
         start, stop, step = (Known(0), *given, Known(1)) if len(given) == 1 else (*given, Known(1))[:3]
         if not isinstance(step, Known) or step.value == 0:
             raise self.scope.error("the step of a loop must be a known number and not 0", node)
@@ -332,6 +338,27 @@ class Body:
         """True if what is called is Python's own function of that name."""
         found = self.expressions.expression(call.func)
         return isinstance(found, Python) and found.thing is range
+
+
+def leaves_loop(nodes: Sequence[ast.stmt]) -> bool:
+    """Whether some statements of a loop leave it or one of its turns."""
+    for node in nodes:
+        if isinstance(node, ast.Break | ast.Continue):
+            return True
+        if isinstance(node, ast.If) and leaves_loop([*node.body, *node.orelse]):
+            return True
+    return False
+
+
+def names_of(elements: Sequence[ast.expr], count: int) -> tuple[str, ...]:
+    """Names for several values: their own where they are variables."""
+    names = [f"value_{i}" for i in range(1, count + 1)]
+    for i, element in enumerate(elements):
+        if isinstance(element, ast.Starred):
+            break
+        if isinstance(element, ast.Name) and (name := identifier(element.id)) not in names:
+            names[i] = name
+    return tuple(names)
 
 
 def own_prefix(owner: type) -> str:

@@ -1,7 +1,7 @@
 """The functions of Python that are in the language: of numbers, and of tuples."""
 
 import ast
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from hydroservo.language.arithmetic import Arithmetic, is_truth
@@ -21,6 +21,7 @@ from hydroservo.language.terms import (
     Python,
     Record,
     Several,
+    Table,
     Translator,
     Type,
 )
@@ -52,7 +53,7 @@ class Builtins:
         self.functions: dict[Any, Callable[..., Value]] = {
             abs: self.absolute,
             bool: self.truth,
-            enumerate: self.enumerated,
+            enumerate: self.numbered,
             float: lambda node, value: arithmetic.real(value, node),
             hasattr: self.has,
             int: self.integer,
@@ -60,18 +61,18 @@ class Builtins:
             len: self.length,
             max: lambda node, *values: self.extreme(ast.Gt(), values, node),
             min: lambda node, *values: self.extreme(ast.Lt(), values, node),
-            reversed: lambda node, value: several(items(value, node)[::-1]),
+            reversed: lambda node, value: several(items(value, node)[::-1], once=True),
             tuple: lambda node, value: several(items(value, node)),
-            zip: lambda node, *rows: several(
-                [several(row) for row in zip(*(items(row, node) for row in rows), strict=False)]
-            ),
+            zip: self.zipped,
         }
 
-    def call(self, function: Any, given: Sequence[Value], node: ast.Call) -> Value:
+    def call(
+        self, function: Any, given: Sequence[Value], named: Mapping[str, Value], node: ast.Call
+    ) -> Value:
         """What a function of Python returns for some values."""
         try:
-            return self.functions[function](node, *given)
-        except TypeError:
+            return self.functions[function](node, *given, **named)
+        except (ArithmeticError, TypeError, ValueError):
             problem = f"{ast.unparse(node)} is not supported with such arguments"
             raise self.scope.error(problem, node) from None
 
@@ -89,6 +90,8 @@ class Builtins:
         return Call(REAL, function, (self.arithmetic.real(value, node),), ast.unparse(node))
 
     def truth(self, node: ast.AST, value: Value) -> Value:
+        if isinstance(value, Known):
+            return Known(bool(value.value))
         if is_truth(value):
             return value
         return self.arithmetic.comparison(value, ast.NotEq(), Known(0), node)
@@ -122,11 +125,26 @@ class Builtins:
     def length(self, node: ast.AST, value: Value) -> Value:
         if isinstance(value, Expression) and isinstance(value.type, Array):
             return length_of(value, value.type, 0)
+        if isinstance(value, Table):
+            return Known(len(value.array))
+        if isinstance(value, Several) and value.once:
+            raise TypeError
         return Known(len(self.items(value, node)))
 
-    def enumerated(self, node: ast.AST, value: Value) -> Value:
-        pairs = enumerate(self.items(value, node))
-        return several([several((Known(i), item)) for i, item in pairs])
+    def numbered(self, node: ast.AST, value: Value, start: Value | None = None) -> Value:
+        pairs = enumerate(self.items(value, node), 0 if start is None else self.known(start))
+        return several([several((Known(i), item)) for i, item in pairs], once=True)
+
+    def zipped(self, node: ast.AST, *rows: Value, strict: Value | None = None) -> Value:
+        whole = strict is not None and bool(self.known(strict))
+        pairs = zip(*(self.items(row, node) for row in rows), strict=whole)
+        return several([several(pair) for pair in pairs], once=True)
+
+    def known(self, value: Value) -> Any:
+        """What is part of the code."""
+        if not isinstance(value, Known):
+            raise TypeError
+        return value.value
 
     def is_instance(self, node: ast.AST, value: Value, kinds: Value) -> Known:
         """Whether a value is of one of some classes."""
@@ -160,6 +178,6 @@ def class_of(kind: Type) -> type:
     return NUMBERS.get(kind, object)
 
 
-def several(items: Sequence[Value]) -> Several:
+def several(items: Sequence[Value], once: bool = False) -> Several:
     """Values in a row, without names of their own."""
-    return Several(tuple(items), tuple(f"value_{i}" for i in range(1, len(items) + 1)))
+    return Several(tuple(items), tuple(f"value_{i}" for i in range(1, len(items) + 1)), once)

@@ -16,7 +16,6 @@ from hydroservo.language.arithmetic import Arithmetic, is_truth
 from hydroservo.language.bindings import Binding
 from hydroservo.language.builtin import Builtins, length_of, several
 from hydroservo.language.calls import Calls
-from hydroservo.language.names import identifier
 from hydroservo.language.scope import Scope, Value, known_value
 from hydroservo.language.source import DoubtError, own_method
 from hydroservo.language.terms import (
@@ -87,13 +86,7 @@ class Expressions:
         raise self.scope.error(f"{ast.unparse(node)!r} is not supported", node)
 
     def several(self, elements: Sequence[ast.expr]) -> Several:
-        if any(isinstance(element, ast.Starred) for element in elements):
-            return several(self.arguments(elements))
-        names: list[str] = []
-        for i, element in enumerate(elements):
-            name = identifier(element.id) if isinstance(element, ast.Name) else f"value_{i + 1}"
-            names.append(name if name not in names else f"value_{i + 1}")
-        return Several(tuple(self.expression(element) for element in elements), tuple(names))
+        return several(self.arguments(elements))
 
     def binary(self, op: ast.operator, a: Value, b: Value, node: ast.AST) -> Value:
         """a op b, of tuples one behind the other."""
@@ -269,6 +262,7 @@ class Expressions:
         """
         if not self.arithmetic.whole(index):
             raise self.scope.error("an index must be a whole number", node)
+        index = self.arithmetic.counting(index, node)
         if isinstance(index, Known) and isinstance(length, Known):
             if not -length.value <= index.value < length.value:
                 raise self.scope.error(f"the index {index.value} is out of the array's {length.value}", node)
@@ -295,7 +289,7 @@ class Expressions:
                 Known(None) if one is None else self.expression(one)
                 for one in (index.lower, index.upper, index.step)
             ]
-            if all(isinstance(one, Known) for one in ends):
+            if all(isinstance(one, Known) for one in ends) and ends[2] != Known(0):
                 return several(items[slice(*(one.value for one in ends if isinstance(one, Known)))])
         number = self.expression(index) if not isinstance(index, ast.Slice) else Known(None)
         if not (isinstance(number, Known) and isinstance(number.value, int)):
@@ -310,7 +304,8 @@ class Expressions:
         if isinstance(op, ast.USub):
             return self.arithmetic.negative(self.expression(operand), node)
         if isinstance(op, ast.UAdd):
-            return self.arithmetic.binary(ast.Add(), Known(0), self.expression(operand), node)
+            value = self.expression(operand)
+            return self.arithmetic.integer(value, node) if is_truth(value) else value
         raise self.scope.error("this operation is not supported", node)
 
     def condition(self, node: ast.expr, numbers: bool = True) -> Expression | Known:
@@ -399,11 +394,11 @@ class Expressions:
         if any(keyword.arg is None for keyword in node.keywords):
             raise self.scope.error("arguments with ** are not supported", node, "name each of them")
         target = self.expression(node.func)
-        if isinstance(target, Python) and self.is_builtin(target.thing) and not node.keywords:
-            return self.builtins.call(target.thing, self.arguments(node.args), node)
+        named = {str(one.arg): self.expression(one.value) for one in node.keywords}
+        if isinstance(target, Python) and self.is_builtin(target.thing):
+            return self.builtins.call(target.thing, self.arguments(node.args), named, node)
         callee = self.calls.callee(target, node)
         given = self.arguments(node.args)
-        named = {str(one.arg): self.expression(one.value) for one in node.keywords}
         return self.calls.call(callee, given, named, node)
 
     def is_builtin(self, thing: Any) -> bool:

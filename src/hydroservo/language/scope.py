@@ -132,7 +132,7 @@ class Scope:
         given = known_value(kind) if isinstance(kind, (Known, Table)) else Variable(kind, own_name)
         if isinstance(given, Variable):
             self.function.parameters.append((given.name, given.type))
-        if binding.changing and isinstance(given, Known | Variable):
+        if binding.changing and isinstance(given, Known | Variable) and given != Known(None):
             try:
                 first = whole(given) if isinstance(given, Known) else given
             except TranslationError as error:
@@ -160,7 +160,7 @@ class Scope:
                 self.let(self.fresh(f"{name}_{part}"), item)
                 for part, item in zip(value.names, value.items, strict=True)
             ]
-            return Several(tuple(items), value.names)
+            return Several(tuple(items), value.names, value.once)
         if not isinstance(value, Expression):
             return value
         name = self.fresh(name) if name in self.lets else name

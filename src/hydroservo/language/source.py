@@ -14,7 +14,7 @@ from hydroservo import ops
 
 Place = tuple[int, str]  # the first line of a function, and its name
 
-NOTHING: tuple[Any, list[CodeType]] = (None, [])
+ABSENT: tuple[Any, list[CodeType]] = (None, [])
 INHERITED = {"_asdict", "_make", "_replace"}  # what every NamedTuple class has
 PLAIN_FIELD = type(namedtuple("Plain", "field").field)  # type: ignore[attr-defined]
 UNIFORM, NORMAL = "uniform(seed, stream, index)", "normal(seed, stream, index)"
@@ -72,7 +72,7 @@ def loaded_definition(function: FunctionType, code: CodeType) -> ast.FunctionDef
     file = code.co_filename
     for in_cell in (False, True):
         functions = functions_in(file, "".join(linecache.getlines(file, function.__globals__)), in_cell)
-        node, loaded = functions.get((code.co_firstlineno, code.co_name), NOTHING)
+        node, loaded = functions.get((code.co_firstlineno, code.co_name), ABSENT)
         if content(code) in map(content, loaded):
             if isinstance(node, ast.Lambda):
                 raise DoubtError("it is a lambda")

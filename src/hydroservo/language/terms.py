@@ -107,10 +107,11 @@ class Bound:
 
 @dataclass(frozen=True, eq=False)
 class Several:
-    """Several values, not yet a record."""
+    """Several values, not yet a record; those of zip and its like can be read ``once``."""
 
     items: tuple[Any, ...]
     names: tuple[str, ...]
+    once: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -70,13 +70,13 @@ def kind_of(program: Program, shape: Any) -> Type:
         cls, *parts = shape
         if cls is Array:
             return Array(*parts)
-        if cls is Known:
-            return Known(*parts)
         names = getattr(cls, "_fields", [f"value_{i}" for i in range(1, len(parts) + 1)])
         kinds = {name: kind_of(program, part) for name, part in zip(names, parts, strict=True)}
         return program.record(None if cls is tuple else cls, kinds, snake(cls.__name__))
+    if isinstance(shape, Known):
+        return shape
     if shape not in TYPES:
-        raise TranslationError(f"compiled code does not take a {shape.__name__}")
+        raise TranslationError(f"compiled code does not take values of the type {shape.__name__}")
     return TYPES[shape]
 
 
@@ -115,7 +115,7 @@ def gathered(kind: Type, value: Any, numbers: list[tuple[Type, str]]) -> Any:
         parts = [gathered(part, values.get(name), numbers) for name, part in kind.fields.items()]
         return (kind.cls or tuple, *parts)
     if isinstance(kind, Known):
-        return (Known, kind.value)
+        return kind
     if kind not in NUMBERS:
         raise CompileError("compiled code cannot return an array")
     numbers.append((kind, value))

@@ -296,7 +296,7 @@ class Writer:
         left, binds = self.text(a)
         if a.type == INT and narrow(a) and narrow(b):
             left, binds = f"(int64_t){self.inner(a, UNARY)}", UNARY
-        chained = isinstance(a, Operation) and a.operator == sign
+        chained = isinstance(a, Operation) and a.operator == sign and sign in LEVELS
         left = left if binds >= UNARY or chained else f"({left})"
         right, binds = self.text(b)
         right = right if binds >= UNARY else f"({right})"

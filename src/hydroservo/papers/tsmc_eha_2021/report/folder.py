@@ -25,7 +25,7 @@ def write_report(study: Study, out: Path, progress: Progress | None = None) -> P
     """Write the study's figures, pictures of verdicts, data and report into a folder.
 
     The folder then holds ``report.html``, ``fig03`` to ``fig10``, ``verdicts`` and ``overview`` (PNG and
-    SVG), ``metrics.csv``, ``metrics.json`` and ``trajectories/NAME.parquet``. The files take their
+    SVG), ``metrics.csv``, ``metrics.json`` and ``trajectories/NAME.nc``. The files take their
     places together, and equal studies give equal bytes.
 
     Args:
@@ -43,7 +43,7 @@ def write_report(study: Study, out: Path, progress: Progress | None = None) -> P
         write_figure(draw_map(study.claims), stage / "verdicts", fingerprint)
         write_figure(draw_overview(study.claims, study.verdicts), stage / "overview", fingerprint)
         for name, dataset in study.trajectories.items():
-            save(dataset, stage / "trajectories" / f"{name}.parquet")
+            save(dataset, stage / "trajectories" / f"{name}.nc")
         write_text(stage / "metrics.csv", table)
         write_text(stage / REPORT, page(study, stage, fingerprint))
         write_metrics(stage, {"fingerprint": fingerprint, **content(study)})
@@ -54,7 +54,7 @@ def report_files(out: Path) -> list[Path]:
     """What :func:`write_report` writes into a folder."""
     stems = [*(f"fig{one.number:02d}" for one in FIGURES), "verdicts", "overview"]
     pictures = [f"{stem}{ending}" for stem in stems for ending in (".png", ".svg")]
-    trajectories = [f"trajectories/{demand}-{law}.parquet" for demand in DEMANDS for law in CONTROLLERS]
+    trajectories = [f"trajectories/{demand}-{law}.nc" for demand in DEMANDS for law in CONTROLLERS]
     return [out / name for name in (*pictures, *trajectories, "metrics.csv", REPORT, METRICS)]
 
 
