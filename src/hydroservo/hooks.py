@@ -168,6 +168,9 @@ HOOKS = (
         ("steady",),
         "numbers of the state in which the loop is to begin; steady(command) is its machine's steady state",
     ),
+    Hook(
+        "command", Start, None, "under which ``found`` asks for the steady state; sought for all runs at once"
+    ),
     Hook("at_samples", Monitor, None, "there where its step comes at samples alone"),
 )
 

@@ -9,7 +9,7 @@ from hydroservo import load_scenario
 from hydroservo.block import values
 from hydroservo.references import Ramp
 from hydroservo.roles import Reference, role
-from hydroservo.runs.rows import answering, demands, machine_rates
+from hydroservo.runs.rows import FIRST, answering, demands, machine_rates
 from hydroservo.runs.run import ready
 from hydroservo.signals import Demand
 from hydroservo.states import filled
@@ -28,10 +28,12 @@ class Answer(NamedTuple):
 class Guarded(NamedTuple):
     """It raises below zero."""
 
+    factor: float
+
     def row(self, given: Given) -> Answer:
         if given.x < 0.0:
             raise ValueError("below zero")
-        return Answer(2.0 * given.x)
+        return Answer(self.factor * given.x)
 
 
 class Printing(NamedTuple):
@@ -55,10 +57,10 @@ class Late(NamedTuple):
 def test_rates_are_those_of_plain_python(name: str) -> None:
     loop = ready(load_scenario(name))
     start = loop.machine(loop.init())
-    move = machine_rates(loop, start)
+    move = machine_rates([loop], start)
     size = np.maximum(np.abs(values(start)), 1e-3)
     states = np.array(values(start)) + size * np.random.default_rng(1).normal(size=(20, size.size))
-    found = move(states, 0.7, 300.0)
+    found = move(states[np.newaxis], np.array([[0.7, 300.0]]), FIRST)[0]
     assert found.shape == states.shape
     for state, row in zip(states, found, strict=True):
         assert values(loop.rates(filled(start, iter(state.tolist())), 0.7, 300.0)) == row.tolist()
@@ -69,20 +71,27 @@ def test_one_machine_has_one_kernel_whatever_its_law(tmp_path, monkeypatch) -> N
     monkeypatch.setattr("hydroservo.engine.native.READY", {})
     for name in ("paper/sine-tsmc", "paper/sine-pi"):
         loop = ready(load_scenario(name))
-        machine_rates(loop, loop.machine(loop.init()))
+        machine_rates([loop], loop.machine(loop.init()))
     assert len([*tmp_path.glob("*")]) == 1
 
 
 def test_a_row_of_which_a_block_raises_is_nan() -> None:
-    ask = answering(Guarded(), Given(0.0), Answer(0.0))
-    assert ask(np.array([[1.0], [3.0]])).tolist() == [[2.0], [6.0]]
-    found = ask(np.array([[1.0], [-1.0], [3.0]]))
-    assert np.array_equal(found, [[2.0], [np.nan], [6.0]], equal_nan=True)
+    ask = answering([Guarded(2.0)], Given(0.0), Answer(0.0))
+    assert ask(np.array([[[1.0], [3.0]]]), FIRST).tolist() == [[[2.0], [6.0]]]
+    found = ask(np.array([[[1.0], [-1.0], [3.0]]]), FIRST)
+    assert np.array_equal(found, [[[2.0], [np.nan], [6.0]]], equal_nan=True)
+
+
+def test_blocks_answer_to_rows_of_their_own() -> None:
+    ask = answering([Guarded(factor) for factor in (2.0, 3.0, 5.0)], Given(0.0), Answer(0.0))
+    rows = np.array([[[1.0], [3.0]], [[-1.0], [2.0]], [[4.0], [1.0]]])
+    assert np.array_equal(ask(rows, np.arange(3)).ravel(), [2.0, 6.0, np.nan, 6.0, 20.0, 5.0], equal_nan=True)
+    assert ask(rows[[2, 0]], np.array([1, 2])).ravel().tolist() == [12.0, 3.0, 5.0, 15.0]
 
 
 def test_what_cannot_be_compiled_is_interpreted() -> None:
-    ask = answering(Printing(), Given(0.0), Answer(0.0))
-    assert ask(np.array([[1.5], [2.5]])).tolist() == [[1.5], [2.5]]
+    ask = answering([Printing()], Given(0.0), Answer(0.0))
+    assert ask(np.array([[[1.5], [2.5]]]), FIRST).tolist() == [[[1.5], [2.5]]]
 
 
 def test_demands_are_those_of_plain_python() -> None:

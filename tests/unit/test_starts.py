@@ -7,6 +7,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from hydroservo import (
     Field,
@@ -19,14 +20,16 @@ from hydroservo import (
     simulate,
     simulate_batch,
 )
-from hydroservo.block import Block, field_at
+from hydroservo.block import Block, field_at, leaves, value_at, values
 from hydroservo.group import group, nested
 from hydroservo.loads import Constant
 from hydroservo.plants import Cylinder
 from hydroservo.roles import Start, role
-from hydroservo.runs.run import ready
-from hydroservo.runs.steady import steady_state
+from hydroservo.runs.columns import starts
+from hydroservo.runs.run import prepare, ready
+from hydroservo.runs.steady import sized, steady_state
 from hydroservo.starts import AsBuilt, Steady
+from hydroservo.states import filled
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve, StaticValve
 from tests.support.monitors import SHORT
@@ -165,6 +168,67 @@ def test_each_machine_of_a_batch_settles_by_itself() -> None:
         alone = simulate(replace(loop, {"load.amplitude": force}), strict=True)
         assert float(table["max_error"][run]) == float(alone["max_error"])
     assert float(table["max_error"][0]) != float(table["max_error"][1])
+
+
+AXES = {
+    "plant.oil.liquid_bulk_modulus": (0.8, 1.2),
+    "plant.friction.viscous": (0.5, 1.5),
+    "valve.natural_frequency": (0.9, 1.1),
+}
+
+
+def drawn(name: str, runs: int) -> tuple[Loop, dict[str, np.ndarray]]:
+    loop, rng = load_scenario(name), np.random.default_rng(1)
+    return loop, {path: value_at(loop, path) * rng.uniform(*ends, runs) for path, ends in AXES.items()}
+
+
+@pytest.mark.parametrize("name", ["axis/position", "axis/crane"])
+def test_a_machine_of_many_settles_with_the_bits_that_it_has_alone(name: str) -> None:
+    loop, columns = drawn(name, 8)
+    prepared = prepare(loop)
+    found = starts(prepared.asked, columns)
+    for run in range(8):
+        alone = ready(replace(loop, {path: float(row[run]) for path, row in columns.items()}))
+        assert {f"start.given.{path}": value for path, value in leaves(alone.start.given)} == {
+            path: row[run] for path, row in found.items()
+        }
+    part = starts(prepared.asked, {path: row[5:] for path, row in columns.items()})
+    assert all(np.array_equal(part[path], row[5:]) for path, row in found.items())
+
+
+@pytest.mark.parametrize("name", ["axis/position", "axis/force", "axis/crane", "axis/pump-controlled"])
+def test_machines_settle_where_minpack_says(name: str) -> None:
+    """Its search begun beside the state found comes back to it, with the bristles bent as they were."""
+    loop = ready(load_scenario(name, {"start": "steady"}))
+    state = loop.machine(loop.init())
+    numbers, force = np.array(values(state)), loop.load.force(0.0)
+    sizes = np.array([size for _, size in sized(state)])
+    paths = [path for path, _ in leaves(state)]
+    free = [i for i, path in enumerate(paths) if not path.startswith(("plant.position", "plant.friction."))]
+    watched = [i for i, path in enumerate(paths) if path != "plant.position"]
+
+    def rates(x: np.ndarray) -> np.ndarray:
+        moved = numbers.copy()
+        moved[free] += sizes[free] * x
+        return np.array(values(loop.rates(filled(state, iter(moved.tolist())), 0.0, force)))[watched]
+
+    still = rates(np.zeros(len(free)))
+    weights = 1e3 * np.max([np.abs(rates(1e-3 * row) - still) for row in np.eye(len(free))], axis=0)
+    assert np.abs(still / weights).max() < 1e-9
+    beside = np.full(len(free), 1e-4)
+    found = least_squares(
+        lambda x: rates(x) / weights, beside, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15
+    )
+    assert np.abs(found.x).max() < 1e-7  # of the sizes; an opening of 2 um to 1e-14 m
+
+
+def test_the_first_run_that_does_not_settle_is_named() -> None:
+    """Pistons that move, behind valves that are shut."""
+    moving = Steady(given=nested({"plant.velocity": 0.1}))
+    loop = example(Loop, BRIEF, valve=example(FirstOrderValve), load=Constant(0.0), start=moving)
+    columns = {"start.command": np.array([0.0, 0.0])}
+    with pytest.raises(ParameterError, match=r"does not settle, in run 3$"):
+        starts(loop, columns, first=3)
 
 
 @role(Start)

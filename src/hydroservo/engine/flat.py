@@ -85,8 +85,11 @@ def builder(block: Block) -> FunctionType:
     return constructor("build(numbers, arrays)", block, stored(block))
 
 
-def stored(block: Block) -> Text:
-    """Where each leaf stands in the numbers and in the table of arrays of a block."""
+def stored(block: Block, at: Place = str) -> Text:
+    """Where each leaf stands in the numbers and in the table of arrays of a block.
+
+    ``at`` gives the index of the i-th number.
+    """
     places: dict[str, str] = {}
     number, place = 0, 0
     for path, value in leaves(block):
@@ -97,7 +100,7 @@ def stored(block: Block) -> Text:
             places[path] = f"array_at(arrays[{place}], ({lengths}))"
             place += 1 + value.ndim
         else:
-            places[path] = cast(f"numbers[{number}]", path, value)
+            places[path] = cast(f"numbers[{at(number)}]", path, value)
             number += 1
     return lambda path, _: places[path]
 

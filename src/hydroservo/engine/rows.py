@@ -1,4 +1,6 @@
-"""A method of a block at many arguments at once, in machine code."""
+"""A method of some blocks at many arguments at once, in machine code."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,25 +14,25 @@ Numbers = NDArray[np.float64]
 
 
 class CompiledRows:
-    """What the method ``row`` of a block returns, with the bits of plain Python.
+    """What the method ``row`` of blocks of one shape returns, with the bits of plain Python.
 
     Args:
-        block: the block.
+        blocks: they differ in their floats alone.
         given: what the method takes, a block, for its types.
         returned: what it returns, a block of floats, for its types.
     """
 
-    def __init__(self, block: Block, given: Block, returned: Block) -> None:
-        recipe = Recipe("rows", tuple(map(flat.shape, (block, given, returned))), strict=True)
-        self.call = native(recipe, lambda: compiled_rows(block, given, returned))
+    def __init__(self, blocks: Sequence[Block], given: Block, returned: Block) -> None:
+        recipe = Recipe("rows", tuple(map(flat.shape, (blocks[0], given, returned))), strict=True)
+        self.call = native(recipe, lambda: compiled_rows(blocks[0], given, returned))
         self.width = len(values(returned))
-        self.block = block  # kept alive: the table of arrays points into it
-        self.constants, self.tables = flat.numbers(block), flat.arrays(block)
+        self.block = blocks[0]  # kept alive: the table of arrays points into it
+        self.constants, self.tables = np.array([*map(flat.numbers, blocks)]), flat.arrays(blocks[0])
 
-    def __call__(self, rows: Numbers) -> Numbers:
-        """What is returned for each row of numbers, as rows."""
-        given, out = np.require(rows, np.float64, ["C", "W"]), np.empty((len(rows), self.width))
-        self.call(self.constants, self.tables, given, out, len(rows))
+    def __call__(self, rows: Numbers, which: NDArray[np.intp]) -> Numbers:
+        """What some of the blocks return for rows of numbers of their own, shape (blocks, rows, numbers)."""
+        given, out = np.require(rows, np.float64, ["C", "W"]), np.empty((*rows.shape[:2], self.width))
+        self.call(self.constants[which], self.tables, given, out, *rows.shape[:2])
         return out
 
 
@@ -39,16 +41,18 @@ def compiled_rows(block: Block, given: Block, returned: Block) -> MachineCode:
     from hydroservo.engine.machine_code import machine_code
     from hydroservo.language.terms import INT
 
-    build, load, store = flat.builder(block), flat.loader(given, place), flat.storer(returned, place)
-    taken, left = len(values(given)), len(values(returned))
+    build = flat.constructor("build(numbers, arrays, lane)", block, flat.stored(block, place))
+    load, store = flat.loader(given, place), flat.storer(returned, place)
+    width, taken, left = len(flat.numbers(block)), len(values(given)), len(values(returned))
 
-    def rows(constants, tables, memory, out, count):  # type: ignore[no-untyped-def]
-        asked = build(constants, tables)
-        for i in range(count):
-            store(out, i * left, asked.row(load(memory, i * taken)))
+    def rows(constants, tables, memory, out, blocks, count):  # type: ignore[no-untyped-def]
+        for j in range(blocks):
+            asked = build(constants, tables, j * width)
+            for i in range(j * count, (j + 1) * count):
+                store(out, i * left, asked.row(load(memory, i * taken)))
         return 0
 
-    return machine_code(rows, (DOUBLES, INTEGERS, DOUBLES, DOUBLES, INT), strict=True)
+    return machine_code(rows, (DOUBLES, INTEGERS, DOUBLES, DOUBLES, INT, INT), strict=True)
 
 
 def place(i: int) -> str:

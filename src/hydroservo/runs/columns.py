@@ -16,7 +16,7 @@ from hydroservo.errors import ParameterError
 from hydroservo.hooks import designed, resting
 from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.arguments import checked_mapping
-from hydroservo.runs.steady import start_found
+from hydroservo.runs.steady import starts_found
 from hydroservo.validation import allowed, check_own, number
 from hydroservo.wiring import believed
 
@@ -189,7 +189,7 @@ def starts(loop: Loop, columns: Columns, first: int = 0) -> Columns:
         ParameterError: nothing keeps the plant of a run at rest.
     """
     if hasattr(loop.start, "found"):
-        return starts_found(loop, columns, first)
+        return found_starts(loop, columns, first)
     start = Machine(loop.plant, loop.supply, loop.load, loop.drive)
     machine = {path: row for path, row in columns.items() if path.partition(".")[0] in Machine._fields}
     open_ones = [
@@ -209,20 +209,24 @@ def starts(loop: Loop, columns: Columns, first: int = 0) -> Columns:
     return dict(zip(open_ones, np.array(table).T, strict=True))
 
 
-def starts_found(loop: Loop, columns: Columns, first: int) -> Columns:
+def found_starts(loop: Loop, columns: Columns, first: int) -> Columns:
     """The states in which runs begin, where a start finds them and something of the machine differs."""
     if not any(path.partition(".")[0] in (*MachineState._fields, "load", "start") for path in columns):
         return {}
-    rows = zip(*(row.tolist() for row in columns.values()), strict=True)
+    loops: list[Loop] = []
+    wrong: list[Block | ParameterError] = []
+    for own in versions(loop, columns):
+        try:
+            loops.append(resting(own))
+        except ParameterError as error:
+            wrong = [error]
+            break
     given = {path for path, _ in leaves(loop.start.given)}
     table: list[dict[str, float]] = []
-    for run, numbers in enumerate(rows, first):
-        try:
-            own: Loop = replace(loop, dict(zip(columns, numbers, strict=True)))
-            found = dict(leaves(start_found(resting(own))))
-        except ParameterError as error:
-            raise in_run(run, error) from None
-        table.append({path: value for path, value in found.items() if path not in given})
+    for run, found in enumerate([*starts_found(loops), *wrong], first):
+        if isinstance(found, ParameterError):
+            raise in_run(run, found) from None
+        table.append({path: value for path, value in leaves(found) if path not in given})
         if table[-1].keys() != table[0].keys():
             problem = "must find the same numbers of the state in each run"
             raise in_run(run, ParameterError("start", type(loop.start).__name__, problem))

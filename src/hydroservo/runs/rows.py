@@ -1,6 +1,6 @@
 """Blocks asked from outside of a run: the rates of a machine, and a demand, at many instants at once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -15,7 +15,10 @@ from hydroservo.signals import Demand
 from hydroservo.states import filled
 
 Numbers = NDArray[np.float64]
-Rates = Callable[[Numbers, float, float], Numbers]
+Which = NDArray[np.intp]
+Answers = Callable[[Numbers, Which], Numbers]
+Rates = Callable[[Numbers, Numbers, Which], Numbers]
+FIRST = np.zeros(1, dtype=np.intp)  # of the blocks that answer
 
 
 class Asked(Protocol):
@@ -56,56 +59,54 @@ class InstantDemand(NamedTuple):
         return self.reference.at(given.time)
 
 
-def machine_rates(loop: Loop, like: MachineState) -> Rates:
-    """A function that gives the rates of the machine at some states.
+def machine_rates(loops: Sequence[Loop], like: MachineState) -> Rates:
+    """A function that gives the rates of machines at some states.
 
-    It takes states of shape (states, numbers), a command [V] and a force on the rod [N], and returns an array
-    of the same shape; a row is nan where a block raises an exception.
+    It takes states of shape (machines, states, numbers), a command [V] and a force on the rod [N] for each
+    machine, and which machines these are; it returns an array like the states. A row is nan where a block
+    raises an exception.
 
     Args:
-        loop: the loop, wired.
-        like: a state of its machine.
+        loops: wired, alike but for their floats.
+        like: a state of their machines.
     """
     elsewhere: dict[str, Any] = dict.fromkeys({*Loop._fields} - {*MachineState._fields}, Usual())
-    machine = MachineRates(
-        loop._replace(**elsewhere)
-    )  # all loops with this machine have the same machine code
-    ask = answering(machine, Moving(like, 0.0, 0.0), like, interpreted=is_foreign(loop))
+    # all loops with this machine have the same machine code
+    machines = [MachineRates(loop._replace(**elsewhere)) for loop in loops]
+    ask = answering(machines, Moving(like, 0.0, 0.0), like, interpreted=is_foreign(loops[0]))
 
-    def rates(states: Numbers, command: float, force: float) -> Numbers:
-        outside = np.broadcast_to((command, force), (len(states), 2))
-        return ask(np.concatenate([states, outside], axis=1))
+    def rates(states: Numbers, outside: Numbers, which: Which) -> Numbers:
+        same = np.broadcast_to(outside[:, np.newaxis], (*states.shape[:2], 2))
+        return ask(np.concatenate([states, same], axis=2), which)
 
     return rates
 
 
 def demands(reference: Reference, times: Numbers) -> Numbers:
     """The value of a reference at some instants; nan where it raises an exception."""
-    ask = answering(InstantDemand(reference), Instant(0.0), Demand(0.0, 0.0, 0.0))
-    return ask(times[:, np.newaxis])[:, 0]
+    ask = answering([InstantDemand(reference)], Instant(0.0), Demand(0.0, 0.0, 0.0))
+    return ask(times[np.newaxis, :, np.newaxis], FIRST)[0, :, 0]
 
 
-def answering(
-    asked: Asked, given: Block, returned: Block, *, interpreted: bool = False
-) -> Callable[[Numbers], Numbers]:
+def answering(asked: Sequence[Asked], given: Block, returned: Block, *, interpreted: bool = False) -> Answers:
     """What answers to rows of numbers: compiled, and with the same bits in plain Python if it must be."""
 
-    def plain(rows: Numbers) -> Numbers:
-        return np.array([answer(asked, given, row, len(values(returned))) for row in rows])
+    def plain(rows: Numbers, which: Which) -> Numbers:
+        count = len(values(returned))
+        pairs = zip(which, rows, strict=True)
+        return np.array([[answer(asked[i], given, row, count) for row in part] for i, part in pairs])
 
     return plain if interpreted else compiled(asked, given, returned, plain)
 
 
-def compiled(
-    asked: Asked, given: Block, returned: Block, plain: Callable[[Numbers], Numbers]
-) -> Callable[[Numbers], Numbers]:
+def compiled(asked: Sequence[Asked], given: Block, returned: Block, plain: Answers) -> Answers:
     """What answers to rows of numbers in machine code.
 
     Args:
-        asked: the block that answers.
-        given: what its ``row`` is given, for its types.
+        asked: the blocks that answer, alike but for their floats.
+        given: what their ``row`` is given, for its types.
         returned: what that returns.
-        plain: answers with the same bits, of a block that cannot be compiled, and to rows of which it raises.
+        plain: answers with the same bits, of blocks that cannot be compiled, and to rows of which one raises.
     """
     from hydroservo.engine.native import CompileError, RunError
     from hydroservo.engine.rows import CompiledRows
@@ -115,11 +116,14 @@ def compiled(
     except CompileError:
         return plain
 
-    def answers(rows: Numbers) -> Numbers:
+    def answers(rows: Numbers, which: Which) -> Numbers:
         try:
-            return kernel(rows)
+            return kernel(rows, which)
         except RunError:
-            return plain(rows)
+            if len(which) == 1:
+                return plain(rows, which)
+        halves = zip(np.array_split(rows, 2), np.array_split(which, 2), strict=True)
+        return np.concatenate([answers(*half) for half in halves])
 
     return answers
 

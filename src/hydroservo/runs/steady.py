@@ -1,8 +1,6 @@
-"""The steady state of a machine, from which a run may start."""
+"""The steady states of machines, from which runs may start."""
 
-from collections.abc import Callable, Collection, Iterator
-from functools import partial
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +10,22 @@ from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
 from hydroservo.group import nested
 from hydroservo.loop import Loop, MachineState
+from hydroservo.runs.least_squares import Which, least_squares
 from hydroservo.runs.rows import machine_rates
 from hydroservo.starts import AsBuilt
 from hydroservo.states import filled
 
-POSITION, FRICTION = "plant.position", "plant.friction."
-Rates = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+POSITION, VELOCITY, FRICTION = "plant.position", "plant.velocity", "plant.friction."
+Numbers = NDArray[np.float64]
+Steady = MachineState | ParameterError  # why there is none
 SETTLED = 1e-9  # largest rate left, as a share of what a state changed by its size causes
 SIZES = {"m/s": 0.1, "m": 1e-6, "Pa": 1e6, "N": 1e3}  # of openings and deflections, not of positions
-PRECISION = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}  # of the search: all that there is
-SHARES = (1e-3, 1e-2, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)  # of a command, by which it is approached
-ROUNDS = 200  # each with a derivative by every number
+OWN = (1.0,)
+SHARES = (0.0, 1e-3, 1e-2, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)  # of a command, by which it is approached
+BEYOND = 1e30  # misfit of a rate that is not finite, and of all where a pressure is below vacuum
+SLOW = 1e-9  # [m/s]: of a piston that is moved to see whether its bristles hold
+NEARLY = 0.9  # of a vacuum: where a search ends that would go on to less
+TOGETHER = 1000  # machines in one search; more do not stay in cache
 
 
 def started(loop: Loop) -> Loop:
@@ -30,20 +33,42 @@ def started(loop: Loop) -> Loop:
     check_given(loop)
     if not hasattr(loop.start, "found"):
         return loop
-    return loop._replace(start=AsBuilt(start_found(loop)))
+    begun = loop._replace(start=AsBuilt(sound(starts_found([loop])[0])))
+    check_given(begun)
+    return begun
 
 
-def start_found(loop: Loop) -> Block:
-    """The states in which a start with a method ``found`` has a loop begin; those that are given stay.
+def starts_found(loops: Sequence[Loop]) -> list[Block | ParameterError]:
+    """The states in which starts with a method ``found`` have loops begin, or why there are none.
+
+    The steady states under the commands of the starts are found together, one under another command once a
+    start asks for it.
 
     Args:
-        loop: the loop, ready to run but for its start.
+        loops: ready to run but for their starts, alike but for their floats.
     """
+    commands = [getattr(loop.start, "command", 0.0) for loop in loops]
+    return [*map(start_found, loops, commands, steady_states(loops, commands))]
+
+
+def start_found(loop: Loop, usual: float, settled: Steady) -> Block | ParameterError:
+    """The states in which a start has a loop begin; those that are given stay."""
+
+    def steady(command: float) -> MachineState:
+        return sound(settled) if command == usual else steady_state(loop, command)
+
     start: Block = loop.start
-    found = dict(leaves(start.found(partial(steady_state, loop))))
-    states = nested({**found, **dict(leaves(start.given))})
-    check_given(loop._replace(start=AsBuilt(states)))
-    return states
+    try:
+        return nested(dict(leaves(start.found(steady))) | dict(leaves(start.given)))
+    except ParameterError as error:
+        return error
+
+
+def sound(found: Block | ParameterError) -> Block:
+    """What was found; raises why it was not."""
+    if isinstance(found, ParameterError):
+        raise found
+    return found
 
 
 def check_given(loop: Loop) -> None:
@@ -63,94 +88,118 @@ def check_given(loop: Loop) -> None:
 
 
 def steady_state(loop: Loop, command: float) -> MachineState:
-    """The state in which all rates of a loop's machine are 0 but that of the position.
-
-    Bristles that hold a piston at rest may be bent by anything, by more than they can bear too. So a state in
-    which they are bent as at the start is sought first, then one in which they are not. A state below vacuum,
-    where oil is so soft that its pressure hardly changes, is none.
-
-    Args:
-        loop: the loop, ready to run but for its start.
-        command: under which the machine has settled [V].
-    """
-    start = loop.machine(loop.init())
-    paths = [path for path, _ in leaves(start)]
-    fixed = {POSITION, *(path for path, _ in leaves(loop.start.given))}
-    bent = {path for path in paths if path.startswith(FRICTION)}
-    found = nearest_rest(loop, start, command, fixed | bent)
-    if not at_rest(found) and bent - fixed:
-        found = nearest_rest(loop, start, command, fixed)
-    if not at_rest(found) and command:
-        found = approached(loop, start, command, fixed)
-    if not at_rest(found):
-        force = loop.load.force(0.0)
-        cause = f"{found.worst} does not settle" if found.misfit >= SETTLED else "a pressure is below vacuum"
-        problem = f"has no steady state under {command:g} V and {force:.4g} N on the rod: {cause}"
-        raise ParameterError("start", type(loop.start).__name__, problem)
-    return found.state
-
-
-class Rest(NamedTuple):
-    """Where a search ended, how far its number that is least settled is from rest, and which that is."""
-
-    state: MachineState
-    misfit: float
-    worst: str
-
-
-def at_rest(found: Rest) -> bool:
-    """Whether a search ended in a steady state."""
-    pressures = (value for path, value in leaves(found.state) if field_at(found.state, path).unit == "Pa")
-    return found.misfit < SETTLED and min(pressures, default=0.0) > -ATMOSPHERE
-
-
-def approached(loop: Loop, start: MachineState, command: float, fixed: Collection[str]) -> Rest:
-    """The steady state under a command by those under smaller ones, each sought from the last."""
-    found = nearest_rest(loop, start, 0.0, fixed)
-    for share in SHARES:
-        found = nearest_rest(loop, found.state, share * command, fixed)
+    """The state that :func:`steady_states` finds for one loop."""
+    found: MachineState = sound(steady_states([loop], [command])[0])
     return found
 
 
-@np.errstate(over="ignore")  # of the squares of misfits that are far from settled
-def nearest_rest(loop: Loop, start: MachineState, command: float, fixed: Collection[str]) -> Rest:
-    """The state near another one in which the rates are least, some numbers of it held."""
-    from scipy.optimize import least_squares
+def steady_states(loops: Sequence[Loop], commands: Sequence[float]) -> list[Steady]:
+    """The states in which all rates of loops' machines are 0 but those of the positions.
 
-    paths = [path for path, _ in leaves(start)]
-    free = [i for i, path in enumerate(paths) if path not in fixed]
-    watched = [i for i, path in enumerate(paths) if path != POSITION]
-    first, sizes = np.array(values(start)), np.array([size for _, size in sized(start)])
-    move, force = machine_rates(loop, start), loop.load.force(0.0)
+    Bristles that hold a piston at rest may be bent by anything, by more than they can bear too. So a state in
+    which they are bent as at the start is sought first, then one in which they are not. A state below vacuum,
+    where oil is so soft that its pressure hardly changes, is none. A command is approached by smaller ones
+    where nothing else helps. No machine changes a bit of another's state.
 
-    def at(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        numbers = first.copy()
-        numbers[free] += sizes[free] * x
-        return numbers
-
-    def raw(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        rates = move(at(x)[np.newaxis], command, force)[0, watched]
-        return np.nan_to_num(rates, nan=1e30, posinf=1e30, neginf=-1e30)
-
-    weights = stiffness(raw, len(free), len(watched))
-
-    def weighed(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return raw(x) / weights
-
-    # MINPACK's arithmetic is its own; the last digits of LAPACK's are others on another processor
-    none = np.zeros(len(free))
-    found = least_squares(weighed, none, max_nfev=ROUNDS, method="lm", x_scale=1.0, **PRECISION)
-    misfits = np.abs(found.fun)
-    state: MachineState = filled(start, iter(at(found.x).tolist()))
-    return Rest(state, float(misfits.max()), paths[watched[int(misfits.argmax())]])
+    Args:
+        loops: ready to run but for their starts, alike but for their floats.
+        commands: under which the machines have settled [V].
+    """
+    found: list[Steady] = []
+    for first in range(0, len(loops), TOGETHER):
+        some = slice(first, first + TOGETHER)
+        found += Machines(loops[some], commands[some]).steady_states()
+    return found
 
 
-def stiffness(rates: Rates, free: int, watched: int) -> NDArray[np.float64]:
-    """By how much each rate changes, at most, with one of the states by its size."""
-    base = rates(np.zeros(free))
-    table = [np.abs(rates(1e-3 * row) - base) for row in np.eye(free)]
-    largest = 1e3 * np.max(table, axis=0) if table else np.zeros(watched)
-    return np.where(largest > 0.0, largest, 1.0)
+class Machines:
+    """Machines, alike but for their floats, under commands and under the forces of their loads at t = 0.
+
+    Rests of some of them are the states where searches ended, and how far each number is from rest there: an
+    array of shape (2, machines, numbers).
+    """
+
+    def __init__(self, loops: Sequence[Loop], commands: Sequence[float]) -> None:
+        starts = [loop.machine(loop.init()) for loop in loops]
+        self.loops, self.like, self.rates = loops, starts[0], machine_rates(loops, starts[0])
+        self.starts = np.array([*map(values, starts)])
+        forces = [loop.load.force(0.0) for loop in loops]
+        self.outside = np.array([*zip(commands, forces, strict=True)], dtype=np.float64)
+        self.paths = [path for path, _ in leaves(self.like)]
+        units = [field_at(self.like, path).unit for path in self.paths]
+        self.sizes = np.array([SIZES.get(unit, 1.0) for unit in units])
+        self.pressures = [i for i, unit in enumerate(units) if unit == "Pa"]
+        self.bent = [i for i, path in enumerate(self.paths) if path.startswith(FRICTION)]
+        self.counted = np.array([float(path != POSITION) for path in self.paths])
+
+    def steady_states(self) -> list[Steady]:
+        """Those of all of them."""
+        given = {POSITION, *(path for path, _ in leaves(self.loops[0].start.given))}
+        free = np.array([float(path not in given) for path in self.paths])
+        stiff, commands = free.copy(), self.outside[:, 0]
+        stiff[self.bent] = 0.0
+        every, found = np.arange(len(self.loops)), np.zeros((2, *self.starts.shape))
+        worth = np.zeros_like(every)
+        searches = ((OWN, stiff, True), (OWN, free, True), (SHARES, free, commands != 0.0))
+        for shares, sought, of_use in searches:
+            left = every[(worth < 2) & of_use]
+            if left.size:
+                new = self.approached(left, shares, sought)
+                of_new = self.worth(left, new)
+                kept = of_new >= worth[left]
+                found[:, left[kept]], worth[left[kept]] = new[:, kept], of_new[kept]
+        return [self.outcome(i, found[:, i], settled) for i, settled in enumerate(worth > 0)]
+
+    def approached(self, which: Which, shares: Sequence[float], free: Numbers) -> Numbers:
+        """The rests of some machines under shares of their commands, each sought from the last."""
+        found = self.starts[np.newaxis, which]
+        for share in shares:
+            found = self.rests(which, found[0], self.outside[which] * (share, 1.0), free)
+        return found
+
+    def rests(self, which: Which, states: Numbers, outside: Numbers, free: Numbers) -> Numbers:
+        """The rests near other states, with 1 for each number that is free and 0 for others."""
+        every, count, sizes = np.arange(len(which)), len(free), free * np.maximum(np.abs(states), self.sizes)
+        weights = np.ones(states.shape)
+
+        def at(x: Numbers, some: Which) -> Numbers:
+            moved: Numbers = states[some, np.newaxis] + sizes[some, np.newaxis] * x.T
+            return moved
+
+        def misfits(x: Numbers, some: Which) -> Numbers:
+            there = at(x, some)
+            found = self.rates(there, outside[some], which[some]) / weights[some, np.newaxis]
+            above = there[:, :, self.pressures].min(axis=2, initial=0.0, keepdims=True) > -ATMOSPHERE
+            weighed: Numbers = self.counted * np.where(above & np.isfinite(found), found, BEYOND)
+            return weighed.T
+
+        nudged = np.repeat(1e-3 * np.eye(count, count + 1, 1)[:, :, np.newaxis], len(which), axis=2)
+        moved = misfits(nudged, every).T
+        weights = 1e3 * np.abs(moved - moved[:, :1]).max(axis=1)  # of each rate, by what moves it most
+        weights = np.where(weights > 0.0, weights, 1.0)
+        found = least_squares(misfits, count, len(which), SETTLED)
+        return np.stack([at(found.x[:, np.newaxis], every)[:, 0], np.abs(found.residuals).T])
+
+    def worth(self, which: Which, rests: Numbers) -> Which:
+        """2 for a rest, 1 for one whose bristles let go once the piston moves, 0 for none."""
+        settled = rests[1].max(axis=1, initial=0.0) < SETTLED
+        if not self.bent:
+            return np.where(settled, 2, 0)
+        speeds, moving = np.array([SLOW, -SLOW]), np.repeat(rests[0, :, np.newaxis], 2, axis=1)
+        moving[:, :, self.paths.index(VELOCITY)] = speeds
+        bending = self.rates(moving, self.outside[which], which)[:, :, self.bent] / speeds[:, np.newaxis]
+        return np.where(settled, 1 + (bending > -1e-6).all(axis=(1, 2)), 0)
+
+    def outcome(self, i: int, rest: Numbers, settled: bool) -> Steady:
+        """The steady state of a machine, or why it has none."""
+        if settled:
+            state: MachineState = filled(self.like, iter(rest[0].tolist()))
+            return state
+        below = rest[0, self.pressures].min(initial=0.0) < -NEARLY * ATMOSPHERE
+        cause = "a pressure is below vacuum" if below else f"{self.paths[rest[1].argmax()]} does not settle"
+        command, force = self.outside[i]
+        problem = f"has no steady state under {command:g} V and {force:.4g} N on the rod: {cause}"
+        return ParameterError("start", type(self.loops[i].start).__name__, problem)
 
 
 def sized(state: Block) -> Iterator[tuple[str, float]]:

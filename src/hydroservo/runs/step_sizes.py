@@ -13,7 +13,7 @@ from hydroservo.block import leaves, replace, value_at, values
 from hydroservo.errors import ParameterError
 from hydroservo.integrators.jumps import AFTER, BEFORE
 from hydroservo.loop import AUTO, Loop
-from hydroservo.runs.rows import Rates, machine_rates
+from hydroservo.runs.rows import FIRST, Rates, machine_rates
 
 COMMAND = "controller.u"
 INSTANTS = 8  # of a run at which the machine is linearised, spread evenly
@@ -74,7 +74,7 @@ def rates(loop: Loop, data: Signals | None = None) -> NDArray[np.float64]:
     largest = np.abs(states).max(axis=0)
     nudges = NUDGE * np.where(largest > 0.0, largest, 1.0)
     rows = sorted({*evenly(len(times)), *np.abs(states).argmax(axis=0), np.abs(commands).argmax()})
-    move = machine_rates(loop, start)
+    move = machine_rates([loop], start)
 
     def at(row: int) -> Matrix:
         return jacobian(move, states[row], float(commands[row]), loop.load.force(float(times[row])), nudges)
@@ -101,7 +101,8 @@ def jacobian(move: Rates, x: Matrix, u: float, force: float, nudges: Matrix) -> 
     """d(rates)/d(states), in units of the states' nudges [1/s]; not finite where there is none."""
     steps = np.diag(nudges)
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is left out afterwards
-        after, before = np.split(move(np.concatenate([x + steps, x - steps]), u, force), 2)
+        around = np.concatenate([x + steps, x - steps])[np.newaxis]
+        after, before = np.split(move(around, np.array([[u, force]]), FIRST)[0], 2)
         return np.asarray(0.5 * (after - before).T / nudges[:, np.newaxis])
 
 
