@@ -24,6 +24,7 @@ OWN = (1.0,)
 SHARES = (0.0, 1e-3, 1e-2, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)  # of a command, by which it is approached
 BEYOND = 1e30  # misfit of a rate that is not finite, and of all where a pressure is below vacuum
 SLOW = 1e-9  # [m/s]: of a piston that is moved to see whether its bristles hold
+START = 1e-2  # [m/s]: of a piston from which a rest is sought that none is found for at rest
 NEARLY = 0.9  # of a vacuum: where a search ends that would go on to less
 TOGETHER = 1000  # machines in one search; more do not stay in cache
 
@@ -140,19 +141,27 @@ class Machines:
         stiff[self.bent] = 0.0
         every, found = np.arange(len(self.loops)), np.zeros((2, *self.starts.shape))
         worth = np.zeros_like(every)
-        searches = ((OWN, stiff, True), (OWN, free, True), (SHARES, free, commands != 0.0))
-        for shares, sought, of_use in searches:
+        moving = commands != 0.0
+        searches = (
+            (OWN, stiff, 0.0, True),
+            (OWN, free, 0.0, True),
+            (SHARES, free, 0.0, moving),
+            (SHARES, free, START, True),
+            (SHARES, free, -START, True),
+        )
+        for shares, sought, speed, of_use in searches:
             left = every[(worth < 2) & of_use]
             if left.size:
-                new = self.approached(left, shares, sought)
+                new = self.approached(left, shares, sought, speed)
                 of_new = self.worth(left, new)
                 kept = of_new >= worth[left]
                 found[:, left[kept]], worth[left[kept]] = new[:, kept], of_new[kept]
         return [self.outcome(i, found[:, i], settled) for i, settled in enumerate(worth > 0)]
 
-    def approached(self, which: Which, shares: Sequence[float], free: Numbers) -> Numbers:
+    def approached(self, which: Which, shares: Sequence[float], free: Numbers, speed: float) -> Numbers:
         """The rests of some machines under shares of their commands, each sought from the last."""
-        found = self.starts[np.newaxis, which]
+        found = self.starts[np.newaxis, which].copy()
+        found[0, :, self.paths.index(VELOCITY)] += speed
         for share in shares:
             found = self.rests(which, found[0], self.outside[which] * (share, 1.0), free)
         return found
