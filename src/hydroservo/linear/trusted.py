@@ -51,7 +51,10 @@ def trusted_margins(point: OperatingPoint, judged: Judged, loop: Loop, onset: fl
         return Trusted(without(here, onset), False, f"no margins: the loop {says(onset)}")
     known = not math.isnan(onset)
     holds = here.stable and agrees(here.gain_margin, onset) and (judged.linear or onset < math.inf)
-    if judged.linear and (not here.stable or (holds and known)):
+    if judged.linear and not here.stable:
+        problem = problem_of({point.command: here}, judged, loop, onset) if onset > 1.0 else ""
+        return Trusted(here, True, problem and f"no margins: {problem}")
+    if judged.linear and holds and known:
         return Trusted(here, True, "")
     largest = largest_command(loop)
     if judged.linear and abs(point.command) >= LEAST * largest > 0.0:

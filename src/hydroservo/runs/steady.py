@@ -143,14 +143,14 @@ class Machines:
         worth = np.zeros_like(every)
         moving = commands != 0.0
         searches = (
-            (OWN, stiff, 0.0, True),
-            (OWN, free, 0.0, True),
-            (SHARES, free, 0.0, moving),
-            (SHARES, free, START, True),
-            (SHARES, free, -START, True),
+            (OWN, stiff, 0.0, 2, True),
+            (OWN, free, 0.0, 2, True),
+            (SHARES, free, 0.0, 2, moving),
+            (SHARES, free, START, 1, True),
+            (SHARES, free, -START, 1, True),
         )
-        for shares, sought, speed, of_use in searches:
-            left = every[(worth < 2) & of_use]
+        for shares, sought, speed, enough, of_use in searches:
+            left = every[(worth < enough) & of_use]
             if left.size:
                 new = self.approached(left, shares, sought, speed)
                 of_new = self.worth(left, new)
