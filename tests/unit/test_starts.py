@@ -289,3 +289,23 @@ def test_a_friction_that_sticks_holds_no_more_than_its_breakaway(name: str, scal
     loop = ready(load_scenario(name, {"start": "steady", "uncertainty.scale": scale}))
     friction, state = loop.plant.friction, loop.init().plant.friction
     assert abs(friction.bristle_stiffness * state.deflection) <= friction.breakaway
+
+
+OIL = {"type": "ConstantOil", "effective_bulk_modulus": "6000 bar"}
+PIPE = {"inner_diameter": "12 mm", "kinematic_viscosity": "32 mm^2/s", "oil": OIL}
+HOSES = {"type": "Hoses.from_dimensions", "length": "2 m", **PIPE}
+LINES = {"type": "Lines.from_dimensions", "length": "30 m", "highest_frequency": "30 Hz", **PIPE}
+
+
+@pytest.mark.parametrize("drive", [HOSES, LINES], ids=["hoses", "lines"])
+@pytest.mark.parametrize("command", [0.0, 0.5, -1.0])
+def test_lines_before_a_cylinder_settle_too(drive: dict[str, object], command: float) -> None:
+    """Their flows are a millionth of what pressures are."""
+    loop = load_scenario("axis/position", {"drive": drive, "start": {"type": "Steady", "command": command}})
+    loop = ready(loop)
+    state = loop.init()
+    rates = loop.deriv(
+        0.0, loop.machine(state), loop.held(loop.sample(state, 0.0, 1e-3)._replace(hold=state.hold))
+    )
+    assert abs(rates.plant.velocity) < 1e-3
+    assert abs(rates.drive.pressure_a) < 1e3

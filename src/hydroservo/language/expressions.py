@@ -82,11 +82,8 @@ class Expressions:
             case ast.Subscript(value=value, slice=index):
                 return self.element(self.expression(value), index, node)
             case ast.Tuple(elts=elements):
-                return self.several(elements)
+                return several(self.arguments(elements))
         raise self.scope.error(f"{ast.unparse(node)!r} is not supported", node)
-
-    def several(self, elements: Sequence[ast.expr]) -> Several:
-        return several(self.arguments(elements))
 
     def binary(self, op: ast.operator, a: Value, b: Value, node: ast.AST) -> Value:
         """a op b, of tuples one behind the other."""

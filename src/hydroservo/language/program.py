@@ -18,7 +18,7 @@ from hydroservo.language.scope import TranslationError, place
 from hydroservo.language.source import DoubtError, changed_class, own_method
 from hydroservo.language.terms import REAL, Function, Known, Record, Table, Translator, Type
 
-DEEPEST = 20  # calls of a method by itself, each for another number that is known while translating
+DEEPEST = 60  # calls of a method by itself, each for another number that is known while translating
 
 
 class Program:

@@ -15,7 +15,7 @@ Numbers = NDArray[np.float64]
 Which = NDArray[np.intp]
 Residuals = Callable[[Numbers, Which], Numbers]
 
-NUDGE = 2.0**-26  # of a number, or of 1, for its finite difference
+NUDGE = 2.0**-30  # of a number, or of 1: short enough for orifices that bend near a vanishing drop
 FIRST_DAMPING, LEAST_DAMPING = 1e-2, 1e-14  # relative to the slopes
 WORSE = 16.0  # how much more after a step that is of no use
 IDLE = 1e-8  # change of the cost by a step, relative: a search ends that does not get on

@@ -19,7 +19,13 @@ POSITION, VELOCITY, FRICTION = "plant.position", "plant.velocity", "plant.fricti
 Numbers = NDArray[np.float64]
 Steady = MachineState | ParameterError  # why there is none
 SETTLED = 1e-9  # largest rate left, as a share of what a state changed by its size causes
-SIZES = {"m/s": 0.1, "m": 1e-6, "Pa": 1e6, "N": 1e3}  # of openings and deflections, not of positions
+SIZES = {
+    "m/s": 0.1,
+    "m": 1e-6,
+    "Pa": 1e6,
+    "N": 1e3,
+    "m^3/s": 1e-5,
+}  # of openings and deflections, not of positions
 OWN = (1.0,)
 SHARES = (0.0, 1e-3, 1e-2, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)  # of a command, by which it is approached
 BEYOND = 1e30  # misfit of a rate that is not finite, and of all where a pressure is below vacuum
@@ -141,16 +147,15 @@ class Machines:
         stiff[self.bent] = 0.0
         every, found = np.arange(len(self.loops)), np.zeros((2, *self.starts.shape))
         worth = np.zeros_like(every)
-        moving = commands != 0.0
         searches = (
-            (OWN, stiff, 0.0, 2, True),
-            (OWN, free, 0.0, 2, True),
-            (SHARES, free, 0.0, 2, moving),
-            (SHARES, free, START, 1, True),
-            (SHARES, free, -START, 1, True),
+            (OWN, stiff, 0.0, True),
+            (OWN, free, 0.0, True),
+            (SHARES, free, 0.0, commands != 0.0),
+            (SHARES, free, START, True),
+            (SHARES, free, -START, True),
         )
-        for shares, sought, speed, enough, of_use in searches:
-            left = every[(worth < enough) & of_use]
+        for shares, sought, speed, of_use in searches:
+            left = every[(worth < 2) & of_use]
             if left.size:
                 new = self.approached(left, shares, sought, speed)
                 of_new = self.worth(left, new)
