@@ -28,7 +28,7 @@ if len(sys.argv) > 1:
     import mine
     loop = replace(loop, {"controller": mine.Own()})
 rms = float(simulate(loop, record=[])["rms_error"])
-print(json.dumps([rms, "hydroservo.language" in sys.modules]))
+print(json.dumps([rms, "hydroservo.language.program" in sys.modules]))
 """
 
 OWN = """
