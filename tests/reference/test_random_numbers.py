@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from hydroservo import ops
+from hydroservo.engine import flat
 from hydroservo.engine.compiling import compiled
 from hydroservo.ops.random import philox
 
@@ -77,6 +78,7 @@ def filler(op: Callable[..., float]) -> Callable[..., None]:
         for i in range(out.size):
             out[i] = op(seed, stream, float(first + i))
 
+    fill.__module__ = flat.__name__  # whose functions may use memory
     return compiled(fill)
 
 
