@@ -95,7 +95,7 @@ def check_given(loop: Loop) -> None:
 
 
 def steady_state(loop: Loop, command: float) -> MachineState:
-    """The state that :func:`steady_states` finds for one loop."""
+    """The state in which all rates of a loop's machine are 0 but that of the position."""
     found: MachineState = sound(steady_states([loop], [command])[0])
     return found
 
