@@ -16,7 +16,6 @@ from hydroservo.language.terms import (
     Choice,
     Conversion,
     Expression,
-    Function,
     Known,
     Literal,
     Make,
@@ -24,7 +23,6 @@ from hydroservo.language.terms import (
     Operation,
     Several,
     Translator,
-    Type,
     Unary,
     Variable,
     Whole,
@@ -56,22 +54,7 @@ COMPARISONS: dict[type[ast.cmpop], tuple[str, Callable[[Any, Any], bool]]] = {
     ast.Eq: ("==", operator.eq),
     ast.NotEq: ("!=", operator.ne),
 }
-QUOTIENT_TEXT = """\
-/* The largest whole number not above a/b, for b > 0. */
-static int64_t ops_quotient(int64_t a, int64_t b) {
-    return ((a % b) < 0) ? ((a / b) - 1) : (a / b);
-}
-"""
-MODULO_TEXT = """\
-/* a - b floor(a/b), for b > 0. */
-static int64_t ops_modulo(int64_t a, int64_t b) {
-    return ((a % b) < 0) ? ((a % b) + b) : (a % b);
-}
-"""
-PAIR: list[tuple[str, Type]] = [("a", INT), ("b", INT)]
-QUOTIENT = Function("ops_quotient", PAIR, returns=INT, written=lambda _: QUOTIENT_TEXT)
-MODULO = Function("ops_modulo", PAIR, returns=INT, written=lambda _: MODULO_TEXT)
-DIVISIONS: dict[type, Function] = {ast.FloorDiv: QUOTIENT, ast.Mod: MODULO}
+DIVISIONS: dict[type, Any] = {ast.FloorDiv: remainders.whole_quotient, ast.Mod: remainders.whole_modulo}
 REMAINDERS: dict[type, Any] = {ast.FloorDiv: remainders.floor_quotient, ast.Mod: remainders.modulo}
 
 
@@ -118,7 +101,8 @@ class Arithmetic:
         first, second = self.integer(a, node), self.integer(b, node)
         house, known = self.scope.house, isinstance(b, Known) and b.value > 0
         if type(op) in DIVISIONS and (house or known):
-            return Call(INT, DIVISIONS[type(op)], (first, second), ast.unparse(node))
+            function = self.translator.function(DIVISIONS[type(op)], [INT, INT])
+            return Call(INT, function, (first, second), ast.unparse(node))
         sign = SIGNS.get(type(op)) or (BITS.get(type(op)) if house else None)
         if sign is None:
             way_out = (

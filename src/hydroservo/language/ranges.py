@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
+from hydroservo.language.remainders import whole_modulo, whole_quotient
 from hydroservo.language.terms import (
     INT,
     Assign,
@@ -35,7 +36,6 @@ LARGEST_REAL = 2**53  # up to here a float holds every whole number; results and
 PASSED = 2**40  # what arguments stay within
 LONGEST = 2**24  # of an axis of an array
 TURNS = 2**40  # no step does anything as often: it would take an hour
-QUOTIENT, MODULO = "ops_quotient", "ops_modulo"  # a // b and a % b in C
 ENDLESS = 2**256  # stands for what has no bound
 
 Interval = tuple[int, int]
@@ -103,9 +103,9 @@ class Ranges:
                 found = computed(sign, self.interval(a), self.interval(b))
             case Choice(a=a, b=b):
                 found = hull([self.interval(a), self.interval(b)])
-            case Call(function=function, arguments=(a, Whole(value=by))) if function.name == QUOTIENT:
+            case Call(function=function, arguments=(a, Whole(value=by))) if function.origin is whole_quotient:
                 found = self.interval(a)[0] // by, self.interval(a)[1] // by
-            case Call(function=function, arguments=(_, Whole(value=by))) if function.name == MODULO:
+            case Call(function=function, arguments=(_, Whole(value=by))) if function.origin is whole_modulo:
                 found = 0, by - 1
         return found
 
@@ -189,7 +189,7 @@ class Ranges:
                 found = grown(sign, self.growth(a, group), self.growth(b, group))
             case Choice(a=a, b=b):
                 found = largest([self.growth(a, group), self.growth(b, group)])
-            case Call(function=function, arguments=(a, Whole(value=by))) if function.name == QUOTIENT:
+            case Call(function=function, arguments=(a, Whole(value=by))) if function.origin is whole_quotient:
                 inner = self.growth(a, group)
                 found = Growth(inner.factor / by, inner.more / by + 1)
         return found
@@ -234,7 +234,7 @@ def whole_parts(value: Expression) -> Iterator[Expression]:
         case Operation(a=a, b=b) | Choice(a=a, b=b):
             yield from whole_parts(a)
             yield from whole_parts(b)
-        case Call(function=function, arguments=(a, _)) if function.name == QUOTIENT:
+        case Call(function=function, arguments=(a, _)) if function.origin is whole_quotient:
             yield from whole_parts(a)
         case Variable():
             yield value

@@ -1,4 +1,4 @@
-"""What Python does for // and % of floats, in the words of the language."""
+"""What Python does for // and %; printers have those of whole numbers of their own."""
 
 import math
 
@@ -22,3 +22,13 @@ def floor_quotient(a: float, b: float) -> float:
     whole = ops.where(ratio - low > 0.5, low + 1.0, low)
     found = ops.where(ratio == 0.0, ops.copysign(0.0, a / b), whole)
     return ops.where(b == 0.0, a / b, found)
+
+
+def whole_quotient(a: int, b: int) -> int:
+    """The largest whole number not above a/b."""
+    return a // b
+
+
+def whole_modulo(a: int, b: int) -> int:
+    """a - b floor(a/b), with the sign of b."""
+    return a % b

@@ -4,8 +4,8 @@ Every expression is pure: it has no effect but its value, so what nobody reads c
 arrays that are given at run time, are the engine's alone.
 """
 
-from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 import numpy as np
@@ -369,6 +369,24 @@ class Function:
     written: Any = None
     calls: Sequence["Function"] = ()
     whole: Sequence[Record] = ()
+
+
+def bodies(statement: Statement) -> Iterator[list[Statement]]:
+    """The statements in a statement."""
+    match statement:
+        case If(body=body, otherwise=otherwise):
+            yield body
+            yield otherwise
+        case While(body=body) | For(body=body):
+            yield body
+
+
+def parts_of(one: Any) -> Iterator[Expression]:
+    """The expressions that one is made of."""
+    for own in fields(one):
+        part = getattr(one, own.name)
+        several = part.values() if isinstance(part, dict) else part if isinstance(part, tuple) else (part,)
+        yield from (each for each in several if isinstance(each, Expression))
 
 
 class Translator(Protocol):

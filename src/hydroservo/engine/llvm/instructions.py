@@ -6,7 +6,8 @@ from typing import Any
 
 from hydroservo.engine import state_text
 from hydroservo.engine.llvm.values import Values, literal
-from hydroservo.language.terms import REAL, Function, Translator, Type
+from hydroservo.language import remainders
+from hydroservo.language.terms import INT, REAL, Function, Translator, Type
 from hydroservo.ops import basic, binary
 
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
@@ -64,7 +65,31 @@ def from_bits(w: Values, n: str) -> str:
     return w.emit(f"bitcast i64 {n} to double")
 
 
-INSTRUCTIONS: dict[Any, tuple[Written, int]] = {  # and of how many numbers
+def quotient(w: Values, a: str, b: str) -> str:
+    """floor(a/b) of whole numbers; 0 where b is 0."""
+    zero, _, ratio, _, below = division(w, a, b)
+    less = w.emit(f"sext i1 {below} to i64")
+    return w.emit(f"select i1 {zero}, i64 0, i64 {w.emit(f'add i64 {ratio}, {less}')}")
+
+
+def modulo(w: Values, a: str, b: str) -> str:
+    """a - b floor(a/b) of whole numbers; 0 where b is 0."""
+    zero, divisor, _, rest, below = division(w, a, b)
+    more = w.emit(f"select i1 {below}, i64 {divisor}, i64 0")
+    return w.emit(f"select i1 {zero}, i64 0, i64 {w.emit(f'add i64 {rest}, {more}')}")
+
+
+def division(w: Values, a: str, b: str) -> tuple[str, str, str, str, str]:
+    """Whether b is 0, b or 1 then, quotient and rest towards 0, and whether the floor is below."""
+    zero = w.emit(f"icmp eq i64 {b}, 0")
+    divisor = w.emit(f"select i1 {zero}, i64 1, i64 {b}")
+    ratio, rest = w.emit(f"sdiv i64 {a}, {divisor}"), w.emit(f"srem i64 {a}, {divisor}")
+    uneven = w.emit(f"icmp ne i64 {rest}, 0")
+    apart = w.emit(f"icmp slt i64 {w.emit(f'xor i64 {rest}, {divisor}')}, 0")
+    return zero, divisor, ratio, rest, w.emit(f"and i1 {uneven}, {apart}")
+
+
+INSTRUCTIONS: dict[Any, tuple[Any, ...]] = {  # and of how many numbers, floats where it is not said
     basic.absolute: (llvm("fabs"), 1),
     basic.copysign: (llvm("copysign"), 2),
     basic.sqrt: (llvm("sqrt"), 1),
@@ -73,13 +98,16 @@ INSTRUCTIONS: dict[Any, tuple[Written, int]] = {  # and of how many numbers
     binary.mantissa: (mantissa, 1),
     binary.scaled: (scaled, 2),
     math.fmod: (remainder, 2),
+    remainders.whole_modulo: (modulo, 2, INT),
+    remainders.whole_quotient: (quotient, 2, INT),
 }
 
 
 def instruction(
-    name: str, written: Written, numbers: int
+    name: str, written: Written, numbers: int, kind: Type = REAL
 ) -> Callable[[Translator, Sequence[Type]], Function]:
-    function = Function(name, [(f"x{i}", REAL) for i in range(numbers)], written=written)
+    taken = [(f"x{i}", kind) for i in range(numbers)]
+    function = Function(name, taken, returns=kind, written=written)
     return lambda _, __: function
 
 

@@ -1,10 +1,9 @@
 """Writes the expressions of functions as LLVM's instructions."""
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from hydroservo.language.arithmetic import MODULO, QUOTIENT
 from hydroservo.language.terms import (
     BOOL,
     INT,
@@ -141,10 +140,6 @@ class Values:
         self.declared[name] = f"declare {returned} @{name}({', '.join(taken)})"
         return f"@{name}"
 
-    def table(self, table: Table) -> str:
-        """The name of a table that is written into the text."""
-        return self.tables.setdefault(table, f"@t{len(self.tables)}")
-
     # expressions
 
     def index(self, value: Any) -> str:
@@ -191,8 +186,8 @@ class Values:
         """A number of a memory, an array or a table, or an array itself."""
         match value:
             case Element(table=table, index=index):
-                place = self.index(index)
-                at = f"getelementptr double, ptr {self.table(table)}, i64 {place}"
+                name = self.tables.setdefault(table, f"@t{len(self.tables)}")
+                at = f"getelementptr double, ptr {name}, i64 {self.index(index)}"
                 return self.emit(f"load double, ptr {self.emit(at)}, align 8")
             case Load(memory=memory, index=index):
                 return self.emit(f"load {NUMBERS[value.type]}, ptr {self.address(memory, index)}, align 8")
@@ -269,8 +264,6 @@ class Values:
 
     def call(self, function: Function, arguments: Sequence[Expression]) -> Any:
         given = [self.value(one) for one in arguments]
-        if function in WHOLE_DIVISIONS:
-            return WHOLE_DIVISIONS[function](self, *given)
         if not function.body:
             return function.written(self, *given)
         return self.inlined(function, given)
@@ -278,33 +271,6 @@ class Values:
     def inlined(self, function: Function, given: Sequence[Any]) -> Any:
         """What a function returns for some values; its text is written here."""
         raise NotImplementedError
-
-
-def quotient(w: Values, a: str, b: str) -> str:
-    """floor(a/b) of whole numbers; 0 where b is 0."""
-    zero, _, ratio, _, below = division(w, a, b)
-    less = w.emit(f"sext i1 {below} to i64")
-    return w.emit(f"select i1 {zero}, i64 0, i64 {w.emit(f'add i64 {ratio}, {less}')}")
-
-
-def modulo(w: Values, a: str, b: str) -> str:
-    """a - b floor(a/b) of whole numbers; 0 where b is 0."""
-    zero, divisor, _, rest, below = division(w, a, b)
-    more = w.emit(f"select i1 {below}, i64 {divisor}, i64 0")
-    return w.emit(f"select i1 {zero}, i64 0, i64 {w.emit(f'add i64 {rest}, {more}')}")
-
-
-def division(w: Values, a: str, b: str) -> tuple[str, str, str, str, str]:
-    """Whether b is 0, b or 1 then, quotient and rest towards 0, and whether the floor is below."""
-    zero = w.emit(f"icmp eq i64 {b}, 0")
-    divisor = w.emit(f"select i1 {zero}, i64 1, i64 {b}")
-    ratio, rest = w.emit(f"sdiv i64 {a}, {divisor}"), w.emit(f"srem i64 {a}, {divisor}")
-    uneven = w.emit(f"icmp ne i64 {rest}, 0")
-    apart = w.emit(f"icmp slt i64 {w.emit(f'xor i64 {rest}, {divisor}')}, 0")
-    return zero, divisor, ratio, rest, w.emit(f"and i1 {uneven}, {apart}")
-
-
-WHOLE_DIVISIONS: dict[Function, Callable[..., str]] = {QUOTIENT: quotient, MODULO: modulo}
 
 
 def index_of(member: Member) -> int:

@@ -27,6 +27,7 @@ from hydroservo.language.terms import (
     Statement,
     Store,
     While,
+    bodies,
 )
 
 FEW = 16  # turns of a loop that is unrolled, for loops over lanes hold no others
@@ -61,7 +62,8 @@ class Writer(Values):
         *first, last = function.body
         if isinstance(last, Return) and len(returns_in(function.body)) == 1:
             self.statements(first)
-            self.go_on()
+            if not self.label:  # after what never ends
+                self.enter(*self.labels("never"))
             found = self.value(last.value)
         else:
             self.result, (self.done,) = self.slot(function.returns), self.labels("done")
@@ -71,11 +73,6 @@ class Writer(Values):
             found = self.loaded(self.result, function.returns)
         self.names, self.changing, self.loops, self.result, self.done = outer
         return found
-
-    def go_on(self) -> None:
-        """Goes on after what never ends."""
-        if not self.label:
-            self.enter(*self.labels("never"))
 
     # statements
 
@@ -184,19 +181,8 @@ def few_turns(loop: For) -> bool:
 
 def returns_in(body: Sequence[Statement]) -> list[Return]:
     """The returns in some statements."""
-    inner = [one for statement in body for one in parts_of(statement) if isinstance(one, Statement)]
-    return [one for one in body if isinstance(one, Return)] + (returns_in(inner) if inner else [])
-
-
-def parts_of(one: Any) -> list[Any]:
-    """The statements and expressions that a statement or an expression is made of."""
-    parts: list[Any] = []
-    for part in vars(one).values():
-        each = (
-            part.values() if isinstance(part, dict) else part if isinstance(part, list | tuple) else (part,)
-        )
-        parts += [value for value in each if isinstance(value, Expression | Statement)]
-    return parts
+    found = [one for one in body if isinstance(one, Return)]
+    return sum((returns_in(inner) for one in body for inner in bodies(one)), found)
 
 
 def constant(name: str, array: NDArray[np.float64]) -> str:

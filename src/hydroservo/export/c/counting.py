@@ -4,9 +4,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from hydroservo.engine.state_text import record_of
 from hydroservo.export import parts
-from hydroservo.export.c.fixed import parts_of
 from hydroservo.export.c.liveness import Needed, matters
-from hydroservo.export.c.primitives import bits, floats
+from hydroservo.export.c.primitives import bits, floats, wholes
 from hydroservo.export.operations import Operations
 from hydroservo.language.terms import (
     REAL,
@@ -25,6 +24,7 @@ from hydroservo.language.terms import (
     Return,
     Statement,
     While,
+    parts_of,
 )
 
 NONE = Operations()
@@ -39,6 +39,8 @@ WRITTEN = {
     floats.ABSOLUTE: NONE,
     floats.COPYSIGN: NONE,
     floats.FMOD: Operations(functions=1),
+    wholes.MODULO: NONE,
+    wholes.QUOTIENT: NONE,
     floats.FLOOR: Operations(additions=3, comparisons=2),
     floats.ISFINITE: Operations(comparisons=1),
     floats.ISNAN: Operations(comparisons=1),

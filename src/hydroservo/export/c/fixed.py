@@ -36,6 +36,8 @@ from hydroservo.language.terms import (
     Variable,
     While,
     Whole,
+    bodies,
+    parts_of,
 )
 
 LEAST, MOST = 1e-30, 1e30  # of a number's size; single precision holds what is between
@@ -194,24 +196,6 @@ def value_in(statement: Statement) -> Any:
             return condition
         case For(stop=stop):
             return stop
-
-
-def bodies(statement: Statement) -> Iterator[list[Statement]]:
-    """The statements in a statement."""
-    match statement:
-        case If(body=body, otherwise=otherwise):
-            yield body
-            yield otherwise
-        case While(body=body) | For(body=body):
-            yield body
-
-
-def parts_of(one: Any) -> Iterator[Expression]:
-    """The expressions that one is made of."""
-    for field in fields(one):
-        part = getattr(one, field.name)
-        several = part.values() if isinstance(part, dict) else part if isinstance(part, tuple) else (part,)
-        yield from (each for each in several if isinstance(each, Expression))
 
 
 def made(cls: type, names: Sequence[str], *values: Any) -> Any:

@@ -7,9 +7,10 @@ from typing import Any
 from hydroservo import states
 from hydroservo.engine import state_text
 from hydroservo.export import parts
-from hydroservo.export.c.primitives import bits, floats, linear
+from hydroservo.export.c.primitives import bits, floats, linear, wholes
 from hydroservo.export.c.primitives.infinite import infinite
 from hydroservo.export.c.primitives.random import drawn
+from hydroservo.language import remainders
 from hydroservo.language.terms import Function, Translator, Type
 from hydroservo.ops import basic, binary, random
 
@@ -24,6 +25,8 @@ NUMBERS = {
     basic.isnan: floats.ISNAN,
     basic.sqrt: floats.SQRT,
     math.fmod: floats.FMOD,
+    remainders.whole_modulo: wholes.MODULO,
+    remainders.whole_quotient: wholes.QUOTIENT,
     binary.exponent: bits.EXPONENT,
     binary.mantissa: bits.MANTISSA,
     binary.scaled: bits.SCALED_NUMBER,
