@@ -32,8 +32,9 @@ class Start(Protocol):
 
     Numbers of the state that are given are in a group ``given``, as :func:`~hydroservo.group.nested` makes
     it. A start that finds others before a run has ``found(steady)``, which gives them in such a group, or as
-    a state of the machine; ``steady(command)`` is the machine's steady state under a command [V]. The loop
-    then starts :class:`~hydroservo.starts.AsBuilt` with both.
+    a state of the machine; ``steady(command)`` is the machine's steady state under a command [V], and a start
+    that asks for one alone has its ``command`` as a field: a batch then seeks them all at once. The loop then
+    starts :class:`~hydroservo.starts.AsBuilt` with both.
     """
 
     @property
