@@ -15,6 +15,7 @@ from hydroservo.engine.llvm.entries import kernel_text
 from hydroservo.engine.llvm.values import literal
 from hydroservo.engine.native import CompileError, MachineCode, prepare
 from hydroservo.engine.recipe import features
+from hydroservo.engine.schedule import scheduled
 from hydroservo.language.terms import Type
 from hydroservo.ops.basic import ROUNDER
 
@@ -60,11 +61,16 @@ STEPS = f"""\
 def machine_code(function: Callable[..., int], arguments: Sequence[Type], strict: bool) -> MachineCode:
     """The machine code of a function of numbers and arrays that returns a whole number."""
     name = function.__name__
-    return object_code(name, kernel_text(name, function, arguments), strict)
+    return object_code(name, kernel_text(name, function, arguments), strict, alone=True)
 
 
-def object_code(name: str, text: str, strict: bool, reciprocals: bool = False) -> MachineCode:
-    """The machine code of a function in the text of a module, which may multiply by ``reciprocals``."""
+def object_code(
+    name: str, text: str, strict: bool, *, reciprocals: bool = False, alone: bool = False
+) -> MachineCode:
+    """The machine code of a function in the text of a module.
+
+    It may multiply by ``reciprocals``; one that steps ``alone`` a single run has its instructions ordered.
+    """
     prepare()
     machine, wide = processor(), "+avx512dq" in features()
     text = interleaved(widest(text) if wide else text, VECTORS)
@@ -72,6 +78,8 @@ def object_code(name: str, text: str, strict: bool, reciprocals: bool = False) -
     module = optimised(text, machine.triple, machine, strict)
     if wide and has_slow_roots() and not strict:
         module = parsed(with_estimated_roots(str(module)))
+    if alone:
+        module = parsed(scheduled(str(module)))
     portable = PROVIDED.issuperset(foreign(module))
     return MachineCode(name, machine.emit_object(module), portable=portable)
 
