@@ -129,6 +129,12 @@ def valve_faster(rate: float, facts: Facts, what: str) -> Assumption:
     )
 
 
+def valve_damps(facts: Facts) -> Assumption:
+    """That the valve is fast enough to damp the mass on the oil: three times as fast."""
+    meaning = "its lag is below a third of one over the oil's natural frequency"
+    return below("valve's speed", meaning, facts.natural_frequency * facts.valve_lag, 1.0 / 3.0)
+
+
 def noise_known(name: str, believed: float, facts: Facts, signal: int) -> Assumption:
     """That the noise of a signal, 0 the velocity or 1 the load force, is what a design took it for."""
     meaning, unit = f"{name} is within a factor 3 of the noise", ("m/s", "N")[signal]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from hydroservo.assumptions import Assumption, Facts, below
+from hydroservo.assumptions import Assumption, Facts, valve_damps
 from hydroservo.block import Block, Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.filtered_derivative import FilteredDerivative, FilteredDerivativeState
@@ -42,15 +42,7 @@ class AccelerationFeedback(NamedTuple):
     saturation: Saturation = Saturation()
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        third = facts.natural_frequency * facts.valve_lag
-        return [
-            below(
-                "valve's speed",
-                "its lag is below a third of one over the oil's natural frequency",
-                third,
-                1.0 / 3.0,
-            )
-        ]
+        return [valve_damps(facts)]
 
     def init(self) -> AccelerationFeedbackState:
         return AccelerationFeedbackState(0.0, 0.0, self.derivative.init(), self.controller.init())

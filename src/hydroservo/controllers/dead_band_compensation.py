@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.assumptions import Assumption, Facts, below
+from hydroservo.assumptions import Assumption, Facts
 from hydroservo.block import Block, Field
-from hydroservo.controllers.overlaps import check_overlaps
+from hydroservo.controllers.overlaps import check_overlaps, within_overlap
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
@@ -45,16 +45,7 @@ class DeadBandCompensation(NamedTuple):
         check_overlaps(self.extend_overlap, self.retract_overlap, self.saturation.limit)
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        largest = max(self.extend_overlap, self.retract_overlap)
-        return [
-            below(
-                "overlap",
-                "what is made up for is at most the valve's overlap",
-                largest,
-                1.0001 * facts.overlap,
-                "V",
-            )
-        ]
+        return [within_overlap(self.extend_overlap, self.retract_overlap, facts)]
 
     def init(self) -> DeadBandCompensationState:
         return DeadBandCompensationState(0.0, 0.0, self.controller.init())

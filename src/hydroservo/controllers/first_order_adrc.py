@@ -58,17 +58,8 @@ class FirstOrderADRC(NamedTuple):
     controls: ControlledSignal = THIS_SIGNAL
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        w = self.bandwidth
-        gain = w * abs(facts.response(w))
-        meaning = "b0 is above half of what the machine's gain is at w_c"
-        return [
-            above("input gain", meaning, self.input_gain, 0.5 * gain, "y/(s V)"),
-            below("input gain", "b0 is below three times that", self.input_gain, 3.0 * gain, "y/(s V)"),
-            sampled_faster(self.observer_bandwidth, facts, "w_o"),
-            oil_faster(self.observer_bandwidth, facts, "w_o"),
-            robust(facts),
-            within_limit(facts),
-        ]
+        gain = self.bandwidth * abs(facts.response(self.bandwidth))
+        return adrc_assumptions(self.input_gain, gain, "y/(s V)", self.observer_bandwidth, facts)
 
     def init(self) -> FirstOrderADRCState:
         return FirstOrderADRCState(0.0, math.nan, 0.0)
@@ -83,3 +74,18 @@ class FirstOrderADRC(NamedTuple):
         disturbance = ops.where(lost, 0.0, s.disturbance + (1.0 - z) * (1.0 - z) / dt * miss)
         wanted = r.rate + self.bandwidth * (r.value - signal) - disturbance
         return FirstOrderADRCState(self.saturation.apply(wanted / self.input_gain), signal, disturbance)
+
+
+def adrc_assumptions(
+    input_gain: float, machine_gain: float, unit: str, observer_bandwidth: float, facts: Facts
+) -> Sequence[Assumption]:
+    """That b0 is near the machine's gain at w_c, and that samples and oil are faster than the observer."""
+    meaning = "b0 is above half of what the machine's gain is at w_c"
+    return [
+        above("input gain", meaning, input_gain, 0.5 * machine_gain, unit),
+        below("input gain", "b0 is below three times that", input_gain, 3.0 * machine_gain, unit),
+        sampled_faster(observer_bandwidth, facts, "w_o"),
+        oil_faster(observer_bandwidth, facts, "w_o"),
+        robust(facts),
+        within_limit(facts),
+    ]

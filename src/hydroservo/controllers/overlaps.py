@@ -1,5 +1,6 @@
 """What a law adds for a valve's overlap, and what is left of its command."""
 
+from hydroservo.assumptions import Assumption, Facts, below
 from hydroservo.errors import ParameterError
 
 
@@ -17,3 +18,10 @@ def check_overlaps(extend_overlap: float, retract_overlap: float, limit: float) 
     for name, overlap in (("extend_overlap", extend_overlap), ("retract_overlap", retract_overlap)):
         if not overlap < limit:
             raise ParameterError(name, overlap, f"must be below saturation.limit, {limit:g} [V]")
+
+
+def within_overlap(extend_overlap: float, retract_overlap: float, facts: Facts) -> Assumption:
+    """That neither compensation [V] is more than the valve's overlap."""
+    largest = max(extend_overlap, retract_overlap)
+    meaning = "what is made up for is at most the valve's overlap"
+    return below("overlap", meaning, largest, 1.0001 * facts.overlap, "V")

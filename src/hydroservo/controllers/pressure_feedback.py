@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from hydroservo.assumptions import Assumption, Facts, below
+from hydroservo.assumptions import Assumption, Facts, valve_damps
 from hydroservo.block import Block, Field
 from hydroservo.controllers.low_pass import LowPass
 from hydroservo.controllers.saturation import Saturation
@@ -44,15 +44,7 @@ class PressureFeedback(NamedTuple):
     saturation: Saturation = Saturation()
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        third = facts.natural_frequency * facts.valve_lag
-        return [
-            below(
-                "valve's speed",
-                "its lag is below a third of one over the oil's natural frequency",
-                third,
-                1.0 / 3.0,
-            )
-        ]
+        return [valve_damps(facts)]
 
     def init(self) -> PressureFeedbackState:
         return PressureFeedbackState(0.0, 0.0, math.nan, self.controller.init())

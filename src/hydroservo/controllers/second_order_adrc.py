@@ -5,18 +5,10 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.assumptions import (
-    Assumption,
-    Facts,
-    above,
-    below,
-    oil_faster,
-    robust,
-    sampled_faster,
-    within_limit,
-)
+from hydroservo.assumptions import Assumption, Facts
 from hydroservo.block import Field
 from hydroservo.controlled.this_signal import THIS_SIGNAL
+from hydroservo.controllers.first_order_adrc import adrc_assumptions
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import ControlledSignal, Controller, role
 from hydroservo.signals import Demand, Measurement
@@ -59,17 +51,8 @@ class SecondOrderADRC(NamedTuple):
     controls: ControlledSignal = THIS_SIGNAL
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        w = self.bandwidth
-        gain = w**2 * abs(facts.response(w))
-        meaning = "b0 is above half of what the machine's gain is at w_c"
-        return [
-            above("input gain", meaning, self.input_gain, 0.5 * gain, "y/(s^2 V)"),
-            below("input gain", "b0 is below three times that", self.input_gain, 3.0 * gain, "y/(s^2 V)"),
-            sampled_faster(self.observer_bandwidth, facts, "w_o"),
-            oil_faster(self.observer_bandwidth, facts, "w_o"),
-            robust(facts),
-            within_limit(facts),
-        ]
+        gain = self.bandwidth**2 * abs(facts.response(self.bandwidth))
+        return adrc_assumptions(self.input_gain, gain, "y/(s^2 V)", self.observer_bandwidth, facts)
 
     def init(self) -> SecondOrderADRCState:
         return SecondOrderADRCState(0.0, math.nan, 0.0, 0.0)

@@ -11,7 +11,7 @@ from hydroservo.observers.estimates import Estimates
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
-from hydroservo.synthesis.kalman import steady_gain
+from hydroservo.synthesis.kalman import steady_gains
 from hydroservo.synthesis.linear_model import with_disturbances
 
 COMPUTED = "a Riccati equation"
@@ -91,6 +91,4 @@ class KalmanObserver(NamedTuple):
             ParameterError: there is no steady state, or it is beyond the range of floating-point numbers.
         """
         sizes = (self.velocity_noise, self.load_force_noise)
-        gain = steady_gain(self, with_disturbances(model), (0, 1), sizes, period)
-        names = ("gain_11", "gain_12", "gain_21", "gain_22", "gain_31", "gain_32", "gain_41", "gain_42")
-        return self._replace(**dict(zip(names, gain.ravel().tolist(), strict=True)))
+        return self._replace(**steady_gains(self, with_disturbances(model), (0, 1), sizes, period))

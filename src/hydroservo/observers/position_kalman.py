@@ -12,7 +12,7 @@ from hydroservo.block import Field
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
-from hydroservo.synthesis.kalman import steady_gain
+from hydroservo.synthesis.kalman import steady_gains
 from hydroservo.synthesis.linear_model import with_disturbances
 
 COMPUTED = "a Riccati equation"
@@ -107,6 +107,4 @@ class PositionKalmanObserver(NamedTuple):
         rates[0, 1] = 1.0
         rates[1:, 1:] = with_disturbances(model)
         sizes = (self.position_noise, self.position_noise / period, self.load_force_noise)
-        gain = steady_gain(self, rates, (0, 2), sizes, period)
-        names = [f"gain_{state}{measured}" for state in range(1, 6) for measured in (1, 2)]
-        return self._replace(**dict(zip(names, gain.ravel().tolist(), strict=True)))
+        return self._replace(**steady_gains(self, rates, (0, 2), sizes, period))

@@ -12,9 +12,9 @@ from hydroservo.synthesis.riccati import solution
 from hydroservo.synthesis.sampled import under_white_noise
 
 
-def steady_gain(
+def steady_gains(
     observer: Block, rates: Matrix, seen: Sequence[int], sizes: Sequence[float], period: float
-) -> Matrix:
+) -> dict[str, float]:
     """The gain L with which measurements correct the states, from the discrete algebraic Riccati equation.
 
     With F and N the transition and the noise over a period, C what is measured and R its noise::
@@ -23,14 +23,14 @@ def steady_gain(
 
     Args:
         observer: the filter; its first four fields are q1 and q2, the intensity of each walk per root second,
-            and r1 and r2, the rms of each measurement's noise per sample.
+            and r1 and r2, the rms of each measurement's noise per sample, and the rest the gains, row by row.
         rates: d/dt of the n states, the last two of which walk at random.
         seen: numbers of the two states that are measured.
         sizes: what the first n - 2 states are scaled by, so that SI numbers of any size go together.
         period: sample period [s].
 
     Returns:
-        Shape (n, 2), in nine digits.
+        The filter's gains by their names, in nine digits.
 
     Raises:
         ParameterError: there is no steady state, or it is beyond the range of floating-point numbers.
@@ -52,4 +52,4 @@ def steady_gain(
         return [gain * scale[:, np.newaxis] / noise]
 
     (gain,) = computed(design, no_gain(observer, observer._fields[:4], period, "disturbance over noise is"))
-    return gain
+    return dict(zip(observer._fields[4:], gain.ravel().tolist(), strict=True))
