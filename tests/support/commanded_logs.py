@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 import hydroservo as hs
 from hydroservo.identification import Identified
 from hydroservo.identification.experiment import experiment, predicted
+from hydroservo.identification.log import OUTPUTS
 from hydroservo.identification.segments import Segment
-from hydroservo.identification.signals import OUTPUTS
 from tests.support.axes import AXIS, COMMANDED, step
 
 PERIOD = 5e-3  # [s]

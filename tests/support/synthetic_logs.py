@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hydroservo as hs
-from hydroservo.identification.signals import SIGNALS
+from hydroservo.identification.log import SIGNALS
 
 SCENARIO = "rig/1khz-pi-square"
 SHORT = {  # in which its demand goes up and down at once, and steps are as long as its machine allows

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hydroservo.identification.balance_check import Resistance, balance_problem, pressure_problem
 from hydroservo.identification.log import read_logs
+from hydroservo.identification.log_check import Resistance, balance_problem, pressure_problem
 from hydroservo.identification.segments import understood
 
 TIME = np.arange(0.0, 20.0, 5e-3)

@@ -7,16 +7,14 @@ from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.conclusions import of_log
 from hydroservo.identification.experiment import experiment, predicted
 from hydroservo.identification.identified import sought
-from hydroservo.identification.log import checked_log
-from hydroservo.identification.long_run import long_run_covariance
+from hydroservo.identification.log import OUTPUTS, checked_log
+from hydroservo.identification.observer import shifted, slope_of_shift
 from hydroservo.identification.problem_setup import problem_of
-from hydroservo.identification.quality import unfit_reason
+from hydroservo.identification.quality import unfit_reason, whiteness
+from hydroservo.identification.regression import long_run_covariance
 from hydroservo.identification.search import lag
 from hydroservo.identification.segments import understood
-from hydroservo.identification.shift import shifted, slope_of_shift
-from hydroservo.identification.signals import OUTPUTS
 from hydroservo.identification.uncertainty import in_groups
-from hydroservo.identification.whiteness import whiteness
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.ranges import as_entries

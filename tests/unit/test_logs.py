@@ -4,8 +4,7 @@ import pytest
 from hydroservo import simulate
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.log import checked_log, read_log
-from hydroservo.identification.segments import understood
-from hydroservo.identification.spikes import noise_of, resolution_of, spikes_in
+from hydroservo.identification.segments import noise_of, resolution_of, spikes_in, understood
 from hydroservo.runs.results import save
 from hydroservo.scenario import load_scenario
 
@@ -42,7 +41,7 @@ def test_mapping_names_columns_and_units(write):
 def test_binary_formats_give_what_text_does(tmp_path, ending, write):
     import xarray as xr
 
-    from hydroservo.identification.signals import SIGNALS
+    from hydroservo.identification.log import SIGNALS
     from hydroservo.runs.results import FORMATS
 
     text = read_log(write(HEADER, *ROWS), {})

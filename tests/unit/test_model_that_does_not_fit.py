@@ -8,8 +8,8 @@ import pytest
 import hydroservo as hs
 from hydroservo.block import value_at
 from hydroservo.identification.finding import UNFIT, identified_finding
+from hydroservo.identification.quality import rounded_like, whiteness
 from hydroservo.identification.result import Identified
-from hydroservo.identification.whiteness import rounded_like, whiteness
 from tests.support.synthetic_logs import NOISE, Signals
 
 AXIS = "axis/position"

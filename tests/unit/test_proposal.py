@@ -7,8 +7,7 @@ import hydroservo as hs
 from hydroservo.block import value_at
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.identification import propose
-from hydroservo.identification.bounds import bounds_of, kept, room
-from hydroservo.identification.candidates import candidates, rolled
+from hydroservo.identification.trial import bounds_of, candidates, kept, rolled, room
 from tests.support.synthetic_logs import NOISE, SCENARIO, exact_log
 
 CALM = {  # a demand that excites next to nothing

@@ -12,8 +12,7 @@ from scipy.signal import csd, freqz, lfilter
 from hydroservo import Loop, bode, linearize, load_scenario, replace, simulate
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.figures.bode import plot_bode
-from hydroservo.identification.recorded import with_logs
-from hydroservo.identification.welch import welch, window_for
+from hydroservo.identification.recorded import welch, window_for, with_logs
 from hydroservo.linear.measured import EXCITATIONS, EXCITED, Experiment, prepared
 from hydroservo.linear.operating_point import operating_point
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydroservo.identification.long_run import long_run_covariance
+from hydroservo.identification.regression import long_run_covariance
 from hydroservo.identification.uncertainty import resampled
 
 SAMPLES, COUNT = 40_000, 100  # in two stretches of as many blocks each

@@ -17,13 +17,19 @@ from hydroservo.app.source import Home, Source
 from hydroservo.app.trajectory import on_axes, thinned
 from hydroservo.errors import HydroservoError, ScenarioError, short
 from hydroservo.formatting import quantity
-from hydroservo.identification.experiment import experiment
+from hydroservo.identification.experiment import experiment, first_steps
+from hydroservo.identification.finding import log_finding
 from hydroservo.identification.identified import identify
-from hydroservo.identification.log import log_mapping, read_log
-from hydroservo.identification.log_finding import log_finding
+from hydroservo.identification.log import (
+    COMMAND,
+    EXTERNAL_FORCE,
+    OUTPUTS,
+    SIGNALS,
+    TIME,
+    log_mapping,
+    read_log,
+)
 from hydroservo.identification.segments import Understood, understood
-from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE, OUTPUTS, SIGNALS, TIME
-from hydroservo.identification.steps import first_steps
 from hydroservo.loop import Loop
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate

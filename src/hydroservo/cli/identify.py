@@ -191,7 +191,7 @@ def horizon_of(form: Form, text: str | None) -> float | None:
 def limits_in(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[float, float]]:
     """The limits of a proposal by signal, in SI units."""
     from hydroservo.errors import ParameterError, ScenarioError
-    from hydroservo.identification.signals import COMMAND, OUTPUTS, SIGNALS
+    from hydroservo.identification.log import COMMAND, OUTPUTS, SIGNALS
     from hydroservo.nearest import one_of
     from hydroservo.scenario.ranges import both_ends
 

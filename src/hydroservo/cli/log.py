@@ -39,10 +39,9 @@ def log(
     - `hydroservo log bench.csv --scenario my.toml --out bench.png`
     """
     from hydroservo.errors import ParameterError
-    from hydroservo.identification.log import read_log
-    from hydroservo.identification.log_finding import log_finding
+    from hydroservo.identification.finding import log_finding
+    from hydroservo.identification.log import TIME, read_log
     from hydroservo.identification.segments import understood
-    from hydroservo.identification.signals import TIME
 
     if scenario is None and (changes or plugins):
         option = "--set" if changes else "--plugin"

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from hydroservo.figures.panels import axis_unit, largest
 from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
-from hydroservo.identification.signals import INPUTS, SIGNALS
+from hydroservo.identification.log import INPUTS, SIGNALS
 
 if TYPE_CHECKING:
     from hydroservo.identification import LogFit

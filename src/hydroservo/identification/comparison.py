@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError
 from hydroservo.formatting import number
-from hydroservo.identification.long_run import long_run_covariance
+from hydroservo.identification.regression import long_run_covariance
 from hydroservo.identification.result import Identified, LogFit
-from hydroservo.identification.spikes import TO_DEVIATION
+from hydroservo.identification.segments import TO_DEVIATION
 
 STRONG = 10.0  # by which a criterion must be less for a larger model to have earned its numbers
 CUT = 4.0  # robust deviations, to which residuals are cut

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Field
 from hydroservo.identification.experiment import Experiment
-from hydroservo.identification.signals import COMMAND
+from hydroservo.identification.log import COMMAND
 from hydroservo.loop import Loop
 from hydroservo.roles import Load
 from hydroservo.runs.run import ready

@@ -1,5 +1,6 @@
-"""A scenario's machine under the inputs of a log, and what it would have shown."""
+"""A scenario's machine under the inputs of a log, how finely it is followed, and what it would have shown."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from types import MappingProxyType
@@ -9,19 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo import loads
-from hydroservo.block import Block, leaves
+from hydroservo.block import Block, leaves, replace
 from hydroservo.cosimulation import refuse_foreign
 from hydroservo.group import group, nested
-from hydroservo.identification.later import Later
-from hydroservo.identification.observer import Observer, corrector
+from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE
+from hydroservo.identification.observer import Later, Observer, corrector
 from hydroservo.identification.segments import Segment
-from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE
 from hydroservo.limits.command import Playback
-from hydroservo.loop import Loop
+from hydroservo.loop import AUTO, Loop
 from hydroservo.roles import at_samples
+from hydroservo.runs.cautions import quietly
 from hydroservo.runs.columns import Columns, checked_columns, starts
 from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.run import ready, studied, wanted_of
+from hydroservo.runs.run import ready, simulate, studied, wanted_of
+from hydroservo.runs.step_sizes import command_parts, with_substeps
 from hydroservo.signals import MachineOutputs
 from hydroservo.starts import AsBuilt, Steady
 from hydroservo.time_series import TimeSeries
@@ -35,6 +37,8 @@ GIVEN = "start.given."
 LOAD = "load."
 
 Traces = NDArray[np.float64]  # shape (samples, signals, runs)
+TRIED = 1.0  # s of a log, after which the steps that it takes are known
+COARSE = 1e-4  # tolerance of a search's steps: a tenth of what its first fit tries to get below
 
 
 class Experiment(NamedTuple):
@@ -231,3 +235,46 @@ class Seen(NamedTuple):
 
     def values(self, m: MachineOutputs) -> Nothing:
         return Nothing()
+
+
+def first_steps(loop: Loop, segment: Segment) -> int:
+    """The number of integration steps between two samples of a log, to begin a search with.
+
+    As many in a second as the scenario has, at least; with automatic ones, as many as the log's beginning
+    takes with the scenario's own machine, coarsely.
+
+    Args:
+        loop: of the scenario.
+        segment: that will be played.
+    """
+    simulation = loop.simulation
+    one = experiment(loop, segment, (), AUTO)
+    if simulation.substeps == AUTO:
+        return automatic_steps(one, {}, COARSE)
+    wanted = math.ceil(simulation.substeps * segment.period / simulation.period * (1.0 - 1e-9))
+    parts = command_parts(one.loop)
+    return -(-wanted // parts) * parts
+
+
+def automatic_steps(one: Experiment, numbers: Mapping[str, float], tolerance: float) -> int:
+    """The number of automatic steps between two samples that a machine takes over a log's beginning.
+
+    Args:
+        one: the experiment.
+        numbers: of the machine, by path in its loop.
+        tolerance: relative error that steps may make; the scenario's own applies where it is larger.
+    """
+    simulation, segment = one.given.simulation, one.segment
+    samples = max(min(segment.samples, round(TRIED / segment.period)), 2)
+    brief = simulation._replace(
+        duration=segment.period * (samples - 1),
+        substeps=AUTO,
+        tolerance=max(tolerance, simulation.tolerance),
+    )
+    loop: Loop = replace(one.given._replace(simulation=brief), numbers)
+    return int(quietly(simulate)(loop, record=()).attrs["substeps"])
+
+
+def with_steps(one: Experiment, substeps: int) -> Experiment:
+    """The experiment with so many steps between two samples."""
+    return one._replace(given=with_substeps(one.given, substeps), loop=with_substeps(one.loop, substeps))

@@ -1,15 +1,18 @@
-"""What an identification says."""
+"""What an identification says, and what a log says as it is understood."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hydroservo._version import __version__
 from hydroservo.formatting import quantity
 from hydroservo.identification.further import NOTHING_FURTHER, Further, Typed, cells
-from hydroservo.identification.log_finding import drawn_log
+from hydroservo.identification.log import COMMAND, SIGNALS, TIME
+from hydroservo.identification.segments import Understood
 from hydroservo.outputs import final_place, write_text
 from hydroservo.runs.provenance import origin_of_loop, scenario_hash
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
@@ -20,13 +23,15 @@ if TYPE_CHECKING:
     from hydroservo.identification.left_out import Effect
     from hydroservo.identification.result import Estimate, Identified, LogFit, SignalFit
 
+COLUMNS = (*map(Column, ("signal", "column", "samples", "lowest", "highest")), UNIT)
+CAPTION = "Each signal over time, as it is understood. Crosses: samples that stand out alone."
 UNFIT = "THE MODEL DOES NOT FIT the logs, so they tell none of its numbers."
 PARAMETERS = (
     Column("parameter"),
     *(Column("value"), Column("from"), Column("to"), UNIT),
     Column("the logs"),
 )
-SIGNALS = (
+SIGNAL_COLUMNS = (
     Column("signal"),
     *(Column(name, digits=3) for name in ("residual, rms", "fitted part", "held out", "offset")),
     UNIT,
@@ -41,6 +46,78 @@ EFFECTS = (
 )
 SOUGHT = "What was sought, and whether the logs tell it."
 WHITE = "p: of the test by Ljung and Box that the residual is white noise."
+
+
+def log_finding(whole: Understood, logs: Sequence[Path] = ()) -> Finding:
+    """What a log says.
+
+    Args:
+        whole: the log.
+        logs: its file.
+    """
+    numbers = numbers_of_signals(whole)
+    lacks = [] if COMMAND in whole.log.signals else ["the log has no command, which identify needs"]
+    return Finding(
+        f"Log {whole.log.name}",
+        rate_lines(numbers),
+        [*whole.remarks, *lacks],
+        [Table("signals", COLUMNS, signal_rows(numbers["signals"]), "The signals of the log.")],
+        [Picture("log", CAPTION, partial(drawn_log, whole))],
+        numbers,
+        logs=logs_of(logs),
+    )
+
+
+def drawn_log(whole: Understood) -> "Plot":
+    from hydroservo.figures.identified import plot_log
+
+    return plot_log(whole)
+
+
+def numbers_of_signals(whole: Understood) -> dict[str, Any]:
+    """All numbers of a log, in SI units."""
+    signals = {TIME: whole.log.time, **whole.log.signals}
+    return {
+        "log": whole.log.name,
+        "signals": {name: about(whole, name, values) for name, values in signals.items()},
+        "period": float(np.median([one.period for one in whole.segments])),
+        "stretches": [
+            {"from": one.start, "to": float(one.time[-1]), "samples": one.samples} for one in whole.segments
+        ],
+        "unused": list(whole.log.unused),
+        "remarks": list(whole.remarks),
+        "version": __version__,
+    }
+
+
+def about(whole: Understood, name: str, values: "np.ndarray[Any, np.dtype[np.float64]]") -> dict[str, Any]:
+    """The column of a signal, and its range where it has samples."""
+    samples = values[np.isfinite(values)]
+    ends = {"lowest": float(samples.min()), "highest": float(samples.max())} if samples.size else {}
+    column = whole.log.columns.get(name, "")
+    return {"column": column, "unit": SIGNALS[name].unit, "samples": int(samples.size), **ends}
+
+
+def signal_rows(signals: Mapping[str, Mapping[str, Any]]) -> list[list[Cell]]:
+    """Of each signal its column, its number of samples, and the lowest and the highest."""
+    return [
+        [
+            *(Cell(name), Cell(one["column"]), Cell(one["samples"])),
+            *(Cell(one.get(end), one["unit"]) for end in ("lowest", "highest")),
+            Cell(),
+        ]
+        for name, one in signals.items()
+    ]
+
+
+def rate_lines(numbers: Mapping[str, Any]) -> list[Line]:
+    """How often a log is sampled, and where it has gaps."""
+    period, stretches = numbers["period"], numbers["stretches"]
+    rate = f"A sample every {1e3 * period:.6g} ms ({1.0 / period:.6g} Hz)"
+    if len(stretches) == 1:
+        return [Line(f"{rate}, without a gap of more than a few samples.")]
+    spans = (f"{one['from']:.4g} to {one['to']:.4g} s" for one in stretches)
+    return [Line(f"{rate}, in {len(stretches)} stretches between gaps: {', '.join(spans)}.")]
 
 
 def identified_finding(
@@ -122,7 +199,7 @@ def verdict_on(one: "Estimate", *, freed: bool) -> Cell:
 
 def signals_table(number: int, fit: "LogFit", *, judged: bool) -> Table:
     """How each signal of a log is met; whether the model fits it is judged of simulations alone."""
-    columns = (*SIGNALS, Column("model")) if judged else SIGNALS
+    columns = (*SIGNAL_COLUMNS, Column("model")) if judged else SIGNAL_COLUMNS
     rows = [signal_row(name, one)[: len(columns)] for name, one in fit.signals.items()]
     note = f"Delay of what is measured against the command: {quantity(fit.delay[0], 's')}. {WHITE}"
     return Table(

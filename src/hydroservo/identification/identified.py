@@ -8,29 +8,25 @@ import numpy as np
 from hydroservo.block import Field, field_at
 from hydroservo.command_scale import commands_in
 from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.identification.balance_check import check_balance
 from hydroservo.identification.conclusions import remarks_of
 from hydroservo.identification.experiment import LOAD
 from hydroservo.identification.left_out import left_out
-from hydroservo.identification.log import Given, Log, log_mapping, read_logs
-from hydroservo.identification.misfit import misfit
+from hydroservo.identification.log import EXTERNAL_FORCE, Given, Log, log_mapping, read_logs
+from hydroservo.identification.log_check import check_balance, check_positions, stroke_of
 from hydroservo.identification.one_step import best_prediction
-from hydroservo.identification.plausible import check_positions, stroke_of
 from hydroservo.identification.problem import (
     DELAY,
     Ends,
     Problem,
     lie_at_ends,
 )
-from hydroservo.identification.problem_setup import problem_of
+from hydroservo.identification.problem_setup import problem_of, uncertain_numbers
 from hydroservo.identification.quality import held_out, log_fits
+from hydroservo.identification.regression import NORMAL
 from hydroservo.identification.result import Estimate, Fitted, Identified
-from hydroservo.identification.search import Report, Solution, best_fit
+from hydroservo.identification.search import Report, Solution, best_fit, misfit
 from hydroservo.identification.segments import Understood, understood
-from hydroservo.identification.signals import EXTERNAL_FORCE
-from hydroservo.identification.trust import identifiable
-from hydroservo.identification.uncertain import uncertain_numbers
-from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
+from hydroservo.identification.uncertainty import Uncertainty, identifiable, uncertainty
 from hydroservo.identification.written import tables_or_remark
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.scenario.load import Assembly, Machine, assembled

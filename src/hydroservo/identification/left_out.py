@@ -18,11 +18,10 @@ from hydroservo.identification.disturbances import (
     scale_of,
 )
 from hydroservo.identification.experiment import Experiment, predicted
-from hydroservo.identification.misfit import Misfit
+from hydroservo.identification.log import COMMAND, SIGNALS
+from hydroservo.identification.observer import shifted
 from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of, lie_at_ends
-from hydroservo.identification.search import Solution
-from hydroservo.identification.shift import shifted
-from hydroservo.identification.signals import COMMAND, SIGNALS
+from hydroservo.identification.search import Misfit, Solution
 from hydroservo.loop import Loop
 from hydroservo.runs.run import ready
 from hydroservo.scenario.load import Machine

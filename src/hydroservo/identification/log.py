@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.field import Field
-from hydroservo.identification.signals import COMMAND, NAMES, OUTPUTS, SIGNALS, TIME, WRITTEN
+from hydroservo.field import Field, declared_fields
 from hydroservo.runs.arguments import checked_path
 from hydroservo.scenario.records import (
     Column,
@@ -22,12 +22,47 @@ from hydroservo.scenario.records import (
 from hydroservo.scenario.records.columns import first_names
 from hydroservo.scenario.records.series import sample_period
 from hydroservo.scenario.tables import Entry
+from hydroservo.signals import MachineOutputs
 
+TIME = "time"
+COMMAND = "command"
+EXTERNAL_FORCE = "external_force"
+REFERENCE = "reference"
+
+INPUTS: Mapping[str, Field] = MappingProxyType(
+    {
+        COMMAND: Field("V", "command of the valve or the pump"),
+        EXTERNAL_FORCE: Field("N", "external force on the rod, positive against motion"),
+    }
+)
 FEWEST = 16  # samples
 LARGEST_NUMBER = 1e30  # in SI units
 PERIOD = "period"  # beside the signals of a mapping
 
 Given = str | Path | Mapping[str, Any]
+
+
+"""What drives the machine: the command must be there; a force stands in place of the scenario's load."""
+
+OUTPUTS: Mapping[str, Field] = MappingProxyType(dict(declared_fields(MachineOutputs)))
+"""What is measured; at least one of these must be there."""
+
+SIGNALS: Mapping[str, Field] = MappingProxyType({TIME: Field("s", "time"), **INPUTS, **OUTPUTS})
+"""All of them, in SI units, by the name that a column of a log has."""
+
+NAMES = (*SIGNALS, REFERENCE)
+"""What a scenario may say the column of: the demand too, whose unit is that of what is controlled."""
+
+WRITTEN: Mapping[str, Sequence[str]] = MappingProxyType(
+    {
+        TIME: ("t", "timestamp", "datetime"),
+        COMMAND: ("controller.u",),
+        EXTERNAL_FORCE: ("load.force",),
+        REFERENCE: ("reference.value",),
+    }
+    | {name: (f"sensors.{name}.value", f"sensors.{name}", f"plant.{name}") for name in OUTPUTS}
+)
+"""Other usual names, and the columns of a run's trajectory, which is a log too, measured ones first."""
 
 
 class Log(NamedTuple):
@@ -36,7 +71,7 @@ class Log(NamedTuple):
     Attributes:
         name: of the log, such as its file.
         time: instants [s], increasing, shape (n,).
-        signals: by their names in :data:`~hydroservo.identification.signals.SIGNALS`, in SI units, shape
+        signals: by their names in :data:`~hydroservo.identification.log.SIGNALS`, in SI units, shape
             (n,); nan where a sample is missing.
         unused: columns that hold no signal.
         columns: the header of each signal's column, where it was read from a file.

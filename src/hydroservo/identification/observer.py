@@ -1,25 +1,84 @@
-"""An observer with a fixed gain, which lets a simulated machine follow what was measured of the real one."""
+"""Loads and signals shifted in time, and an observer that makes a simulated machine follow a measured one."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import leaves
-from hydroservo.identification.later import PUSH
-from hydroservo.identification.shift import cubic
-from hydroservo.identification.signals import OUTPUTS
+from hydroservo.block import Field, leaves
+from hydroservo.identification.log import OUTPUTS
+from hydroservo.roles import Load
 
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes
 
+PUSH = "load.push"
+STEP = 0.05  # of a sample, for the difference by the shift
+
+Samples = NDArray[np.float64]
 CORRECTED = "plant."  # the states of which are corrected, and an unknown force on the rod
 MEMORIES = 8.0  # after so many times its memory a gain has settled
 
 Matrix = NDArray[np.float64]
 After = Callable[[int, Matrix], None]
+
+
+class Later(NamedTuple):
+    """F(t) = F_load(t + begun) + push: the load of a scenario, in a run that begins at another time of it.
+
+    Source: a definition.
+    Fails to know when a periodic load began where the clock of a log is not that of the scenario.
+    """
+
+    load: Load
+    begun: Annotated[float, Field("s", "time of the load at the start of the run")] = 0.0
+    push: Annotated[float, Field("N", "force that no one recorded")] = 0.0
+
+    def force(self, t: float) -> float:
+        return self.load.force(t + self.begun) + self.push
+
+    def next_jump(self, t: float) -> Any:
+        return self.load.next_jump(t + self.begun) - self.begun
+
+
+def shifted(values: Samples, delay: float, whole: int | None = None) -> Samples:
+    """Signals as they were so many samples before, by a cubic through four samples.
+
+    Before the first and after the last sample they are held.
+
+    Args:
+        values: shape (n, ...), samples first.
+        delay: in samples; less than 0 for later ones.
+        whole: number of samples, from one less to two more of which the cubic goes; by default those that
+            end within the delay.
+
+    Source: Lagrange's polynomial.
+    Fails between samples over which a signal jumps.
+    """
+    if whole is None:
+        whole = int(np.floor(delay))
+    places = np.arange(len(values)) - whole
+    return cubic([values[np.clip(places - k, 0, len(values) - 1)] for k in (-1, 0, 1, 2)], delay - whole)
+
+
+def slope_of_shift(values: Samples, delay: float, whole: int | None = None) -> Samples:
+    """How shifted signals change with the delay, per sample."""
+    ends = shifted(values, delay + STEP, whole), shifted(values, delay - STEP, whole)
+    return (ends[0] - ends[1]) / (2.0 * STEP)
+
+
+def cubic(last: Sequence[Samples], f: Samples | float) -> Samples:
+    """A signal f samples before the last but one of four, of which the last comes first."""
+    weights = (
+        f * (f - 1.0) * (2.0 - f) / 6.0,
+        (1.0 + f) * (1.0 - f) * (2.0 - f) / 2.0,
+        (1.0 + f) * f * (2.0 - f) / 2.0,
+        (1.0 + f) * f * (f - 1.0) / 6.0,
+    )
+    found: Samples = np.sum([weight * one for weight, one in zip(weights, last, strict=True)], axis=0)
+    return found
 
 
 class Observer(NamedTuple):

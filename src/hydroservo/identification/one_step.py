@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from hydroservo.block import leaves
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.identification.experiment import Experiment, kernel_for
-from hydroservo.identification.later import PUSH
-from hydroservo.identification.misfit import Weights
-from hydroservo.identification.observer import CORRECTED, Observer, fading_gain, rows_of
+from hydroservo.identification.log import OUTPUTS
+from hydroservo.identification.observer import CORRECTED, PUSH, Observer, fading_gain, rows_of
 from hydroservo.identification.problem import FAR, Problem, Unknown, columns_at, delay_of
-from hydroservo.identification.search import Report, Solution, first_weights, settled
-from hydroservo.identification.signals import OUTPUTS
+from hydroservo.identification.search import Report, Solution, Weights, first_weights, settled
 
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes

@@ -7,11 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.identification.experiment import BEGUN, GIVEN, Experiment, predicted, runs_of
+from hydroservo.identification.experiment import (
+    BEGUN,
+    GIVEN,
+    Experiment,
+    automatic_steps,
+    predicted,
+    runs_of,
+    with_steps,
+)
+from hydroservo.identification.log import OUTPUTS
+from hydroservo.identification.observer import shifted, slope_of_shift
 from hydroservo.identification.segments import Segment
-from hydroservo.identification.shift import shifted, slope_of_shift
-from hydroservo.identification.signals import OUTPUTS
-from hydroservo.identification.steps import automatic_steps, with_steps
 from hydroservo.runs.columns import Columns
 from hydroservo.runs.space import Space
 

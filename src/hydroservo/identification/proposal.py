@@ -8,13 +8,20 @@ from numpy.typing import NDArray
 
 from hydroservo.command_scale import in_command_unit
 from hydroservo.errors import HydroservoError
-from hydroservo.identification.bounds import Bounds, bounds_of
-from hydroservo.identification.candidates import candidates
+from hydroservo.identification.log import OUTPUTS
+from hydroservo.identification.regression import NORMAL
 from hydroservo.identification.result import Identified
 from hydroservo.identification.search import Report
-from hydroservo.identification.signals import OUTPUTS
-from hydroservo.identification.trial import Trial, drawn, held_still, openness, trial_of
-from hydroservo.identification.uncertainty import NORMAL
+from hydroservo.identification.trial import (
+    Bounds,
+    Trial,
+    bounds_of,
+    candidates,
+    drawn,
+    held_still,
+    openness,
+    trial_of,
+)
 
 NEWS = 0.5  # by which logarithms of variances fall, of which less is none
 LONGEST = 10.0  # s

@@ -7,13 +7,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import HydroservoError
-from hydroservo.identification.misfit import Misfit, Weights, misfit, residuals_by_signal
-from hydroservo.identification.problem import PLACES, Problem, adapt_steps, are_possible, delay_of, runs_at
-from hydroservo.identification.spikes import TO_DEVIATION, noise_of
-from hydroservo.identification.steps import COARSE
+from hydroservo.errors import HydroservoError, ParameterError, ScenarioError
+from hydroservo.identification.experiment import COARSE
+from hydroservo.identification.problem import (
+    PLACES,
+    Problem,
+    adapt_steps,
+    are_possible,
+    delay_of,
+    runs_at,
+    simulated,
+)
+from hydroservo.identification.segments import TO_DEVIATION, noise_of
 from hydroservo.runs.space import latin_hypercube
 
+Vector = NDArray[np.float64]
+Weights = Mapping[tuple[int, str], float]  # by log and signal, in the inverse of its unit
+Counted = Mapping[int, NDArray[np.bool_]]  # by segment, which samples count
 KNEE = 2.0  # deviations, from which a residual counts linearly: 99 % efficient for normal noise
 CANDIDATES = 63  # of starts, besides the scenario's own values: two groups of lanes
 STARTS = 3
@@ -28,10 +38,67 @@ ROUGH = 1e-4  # the same of what is left, from each start: enough to see which o
 WEIGHT = 0.1  # of what ranges say, as a measurement around the scenario's values: it decides what logs do not
 LEAST_ERROR = 1e-3  # of a signal's spread, which the first fit does not try to get below
 
-Vector = NDArray[np.float64]
 Report = Callable[[float], None]
 
 Samples = NDArray[np.float64]
+
+
+class Misfit(NamedTuple):
+    """Residuals, measured less simulated, over all segments, signals and samples.
+
+    Attributes:
+        residuals: weighted; 0 where nothing was measured. Shape (rows,).
+        slopes: by each unknown, shape (rows, unknowns).
+        rows: of each segment and signal, by both.
+        there: which rows were measured.
+    """
+
+    residuals: Vector
+    slopes: Vector
+    rows: Mapping[tuple[int, str], slice]
+    there: NDArray[np.bool_]
+
+
+def misfit(
+    problem: Problem, x: Vector, weights: Weights, counted: Counted | None = None, slopes: bool = True
+) -> Misfit:
+    """The residuals at a point; nan everywhere if it allows no machine, or the run is lost.
+
+    Args:
+        problem: what is sought.
+        x: the point, in units of the search.
+        weights: of each signal.
+        counted: which samples count, of segments in which not all do.
+        slopes: False leaves these 0.
+    """
+    rows, start = {}, 0
+    for i, one in enumerate(problem.experiments):
+        for name in one.segment.measured:
+            rows[i, name] = slice(start, start + one.segment.samples)
+            start += one.segment.samples
+    residuals, there = np.full(start, np.nan), np.zeros(start, dtype=bool)
+    table = np.zeros((start, x.size))
+    try:
+        shown = simulated(problem, x, slopes)
+    except (ParameterError, ScenarioError):
+        return Misfit(residuals, table, rows, there)
+    for (i, name), place in rows.items():
+        segment = problem.experiments[i].segment
+        weight, measured = weights[segment.log, name], segment.measured[name]
+        there[place] = np.isfinite(measured) & (True if counted is None else counted[i])
+        apart = measured - shown[i].values[name]
+        residuals[place] = np.where(there[place], weight * apart, 0.0)
+        table[place] = np.where(there[place, np.newaxis], -weight * shown[i].slopes[name], 0.0)
+    return Misfit(residuals, np.nan_to_num(table), rows, there)
+
+
+def residuals_by_signal(problem: Problem, found: Misfit) -> dict[tuple[int, str], list[Vector]]:
+    """The residuals that were measured of each log's signal, a row for each of its segments."""
+    every: dict[tuple[int, str], list[Vector]] = {}
+    for (i, name), place in found.rows.items():
+        key = problem.experiments[i].segment.log, name
+        every.setdefault(key, []).append(found.residuals[place][found.there[place]])
+    return every
 
 
 class Solution(NamedTuple):

@@ -1,23 +1,39 @@
 """Commands that are tried for the next log: how large each may be, and what a log of it would tell."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import leaves
-from hydroservo.identification.bounds import Bounds, kept, room
-from hydroservo.identification.candidates import Candidate, rolled
+from hydroservo.errors import ParameterError
+from hydroservo.formatting import number
+from hydroservo.hooks import line_pressures
 from hydroservo.identification.experiment import Experiment, experiment, predicted
-from hydroservo.identification.misfit import misfit
+from hydroservo.identification.log import COMMAND, OUTPUTS
 from hydroservo.identification.one_step import predicting
 from hydroservo.identification.problem import are_possible, unknowns_of, usual_values
 from hydroservo.identification.result import Fitted, Identified
+from hydroservo.identification.search import misfit
 from hydroservo.identification.segments import Segment
-from hydroservo.identification.signals import COMMAND, OUTPUTS
+from hydroservo.limits.command import command_limits
+from hydroservo.loop import Loop
 from hydroservo.runs.space import Space
 
+TONES = 12
+EACH = 8  # candidates of each kind
+HIGHEST = 100.0  # Hz
+SHARE = 0.1  # of the sampling frequency, which no tone exceeds
+WIDEST = 4.0  # octaves above the lowest frequency that a band reaches at least, where it may
+
+Samples = NDArray[np.float64]
+MARGIN = 0.02  # of a stroke, at both its ends
+ABOVE = 1.5  # times the supply's pressure, that a chamber's may be
+
+Bounds = Mapping[str, tuple[float, float]]  # by signal, in SI units
+PLACES = {name: i for i, name in enumerate(OUTPUTS)}
 DRAWS = 24  # machines that the logs allow, with which a command must keep its bounds
 SIZES = 10  # that a candidate may have, tried in turn
 FIRST = 0.005  # of what a command may be, to see how far it moves the machine
@@ -25,6 +41,151 @@ SECANTS = 4
 SMALLER = (0.1, 0.75)  # times, between which the next is
 
 Matrix = NDArray[np.float64]
+
+
+class Candidate(NamedTuple):
+    """A command before it has a size.
+
+    Attributes:
+        name: what it is, for people.
+        values: at each sample, largest size 1, mean 0.
+    """
+
+    name: str
+    values: Samples
+
+
+def candidates(samples: int, period: float, seed: int) -> list[Candidate]:
+    """Commands of so many samples, as many of each kind.
+
+    Args:
+        samples: of each.
+        period: between them [s].
+        seed: of their bands, levels and phases.
+
+    Source: Pintelon, Schoukens, System Identification, 2012, ch. 5 (multisines and chirps); Ljung, System
+    Identification, 1999, sec. 13.3 (steps at random).
+    Fails to hold the best command there is.
+    """
+    rng = np.random.default_rng(seed)
+    time = period * np.arange(samples)
+    kinds: tuple[Callable[..., Candidate], ...] = (multisine, chirp, steps)
+    return [kind(time, rng) for _ in range(EACH) for kind in kinds]
+
+
+def multisine(time: Samples, rng: np.random.Generator) -> Candidate:
+    """Tones of one size and random phase, evenly over octaves."""
+    low, high = band(time, rng)
+    tones = np.geomspace(low, high, TONES)
+    phases = rng.uniform(0.0, 2.0 * np.pi, TONES)
+    name = f"multisine of {TONES} tones from {number(low)} to {number(high)} Hz"
+    return evened(name, np.sin(2.0 * np.pi * np.outer(time, tones) + phases).sum(axis=1))
+
+
+def chirp(time: Samples, rng: np.random.Generator) -> Candidate:
+    """A tone whose frequency grows by as many octaves each second."""
+    low, high = band(time, rng)
+    growth = np.log(high / low) / time[-1]
+    angle = 2.0 * np.pi * low * np.expm1(growth * time) / growth
+    return evened(f"chirp from {number(low)} to {number(high)} Hz", np.sin(angle))
+
+
+def steps(time: Samples, rng: np.random.Generator) -> Candidate:
+    """Levels at random, each held for one to three times as long as the shortest."""
+    low, high = band(time, rng)
+    shortest = 0.25 / np.sqrt(low * high)
+    jumps = np.cumsum(rng.uniform(1.0, 3.0, int(time[-1] / shortest) + 2)) * shortest
+    levels = rng.uniform(-1.0, 1.0, jumps.size + 1)
+    name = f"steps at random, {number(shortest)} to {number(3.0 * shortest)} s long"
+    return evened(name, levels[np.searchsorted(jumps, time, side="right")])
+
+
+def band(time: Samples, rng: np.random.Generator) -> tuple[float, float]:
+    """The lowest and the highest frequency of a command [Hz]."""
+    least = 2.0 / time[-1]
+    most = max(min(HIGHEST, SHARE * (time.size - 1) / time[-1]), 2.0 * least)
+    low = float(np.exp(rng.uniform(np.log(least), np.log(np.sqrt(least * most)))))
+    return low, float(np.exp(rng.uniform(np.log(min(WIDEST * low, most)), np.log(most))))
+
+
+def evened(name: str, values: Samples) -> Candidate:
+    """A command of mean 0 and largest size 1."""
+    even = values - values.mean()
+    return Candidate(name, even / max(float(np.abs(even).max()), 1e-300))
+
+
+def rolled(candidate: Candidate, share: float) -> Candidate:
+    """The same command begun elsewhere in it, so that what it moves has room.
+
+    What a command moves lies about where its sum does: it begins where that has so large a share of its
+    travel below it.
+
+    Args:
+        candidate: of mean 0, so that it ends where it began.
+        share: of the way that lies below the start, 0 to 1.
+    """
+    travel = np.cumsum(candidate.values)
+    least, most = float(travel.min()), float(travel.max())
+    first = int(np.abs(travel - (least + min(max(share, 0.0), 1.0) * (most - least))).argmin())
+    return candidate._replace(values=np.roll(candidate.values, -first - 1))
+
+
+def bounds_of(loop: Loop, given: Bounds) -> dict[str, tuple[float, float]]:
+    """Between what each signal must stay: what is given, and else what the machine allows.
+
+    A command has the limits of its converter, its law or its valve; a position the stroke less 2 % at both
+    ends; a chamber's pressure 0 (gauge) and one and a half times the supply's.
+
+    Args:
+        loop: of the machine.
+        given: by signal, in SI units.
+    """
+    allowed = (COMMAND, *OUTPUTS)
+    for name, (low, high) in given.items():
+        if name not in allowed:
+            raise ParameterError("limits", name, f"is not a signal; they are {', '.join(allowed)}")
+        if not low < high:
+            raise ParameterError("limits", f"{name}: {low:g}..{high:g}", "must have its lower end first")
+    own: dict[str, tuple[float, float]] = {}
+    if COMMAND not in given:
+        most = command_limits(loop).limit
+        own[COMMAND] = -most, most
+    stroke = getattr(loop.plant, "stroke", math.inf)
+    if math.isfinite(stroke):
+        own["position"] = MARGIN * stroke, (1.0 - MARGIN) * stroke
+    supply = line_pressures(loop).supply
+    own["pressure_a"] = own["pressure_b"] = 0.0, ABOVE * supply
+    return {**own, **given}
+
+
+def room(shown: NDArray[np.float64], bounds: Bounds) -> float:
+    """How wide bounds are at least, over what the signals of all runs sweep; 0 if a run is lost.
+
+    Args:
+        shown: shape (samples, signals, runs), the signals those of MachineOutputs; nan where a run is lost.
+        bounds: by signal.
+    """
+    if not np.isfinite(shown).all():
+        return 0.0
+    swept = {name: float(np.ptp(shown[:, PLACES[name]])) for name in bounds if name in PLACES}
+    wide = (
+        (bounds[name][1] - bounds[name][0]) / sweep if sweep > 0.0 else math.inf
+        for name, sweep in swept.items()
+    )
+    return min(wide, default=math.inf)
+
+
+def kept(shown: NDArray[np.float64], bounds: Bounds) -> bool:
+    """Whether all runs stay within bounds.
+
+    Args:
+        shown: shape (samples, signals, runs), the signals those of MachineOutputs; nan where a run is lost.
+        bounds: by signal.
+    """
+    rows = ((shown[:, PLACES[name]], ends) for name, ends in bounds.items() if name in PLACES)
+    return bool(
+        np.isfinite(shown).all() and all(((low <= row) & (row <= high)).all() for row, (low, high) in rows)
+    )
 
 
 class Held(NamedTuple):

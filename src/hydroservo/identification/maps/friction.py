@@ -7,16 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ScenarioError
-from hydroservo.identification.maps.friction_law import FrictionFit, fitted_friction
-from hydroservo.identification.maps.reading import Piston, demand
+from hydroservo.identification.log import EXTERNAL_FORCE
+from hydroservo.identification.maps.friction_law import (
+    FrictionFit,
+    Speeds,
+    fitted_friction,
+    range_of,
+    speeds_of,
+    sum_at,
+)
+from hydroservo.identification.maps.reading import Piston, Stretch, demand, longest_of, stretches
 from hydroservo.identification.maps.result import Drawn, Found, Interval, curve_of
-from hydroservo.identification.maps.speeds import Speeds, range_of, speeds_of, sum_at
-from hydroservo.identification.maps.stretches import Stretch, longest_of, stretches
-from hydroservo.identification.regression import mean_of
+from hydroservo.identification.regression import NORMAL, mean_of, thinned
 from hydroservo.identification.segments import Segment, Understood
-from hydroservo.identification.signals import EXTERNAL_FORCE
-from hydroservo.identification.thinning import thinned
-from hydroservo.identification.uncertainty import NORMAL
 from hydroservo.loop import Loop
 from hydroservo.mechanics import ElastoPlastic, LuGre
 

@@ -8,18 +8,16 @@ from typing import Any
 from hydroservo.command_scale import VOLTS, commands_in
 from hydroservo.errors import ParameterError
 from hydroservo.formatting import MINUS, quantity
-from hydroservo.identification.balance_check import check_balance
-from hydroservo.identification.log import Given, log_mapping
+from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE, Given, log_mapping
+from hydroservo.identification.log_check import check_balance, check_positions, stroke_of
 from hydroservo.identification.maps.decay import decay
 from hydroservo.identification.maps.friction import friction
 from hydroservo.identification.maps.pressure_gain import pressure_gain
 from hydroservo.identification.maps.reading import logs_of, piston_of
 from hydroservo.identification.maps.result import Found, Interval, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow
-from hydroservo.identification.plausible import check_positions, stroke_of
 from hydroservo.identification.result import Estimate
 from hydroservo.identification.segments import Understood
-from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE
 from hydroservo.identification.written import tables_or_remark
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import quantity
 from hydroservo.hooks import line_pressures
+from hydroservo.identification.log import COMMAND
 from hydroservo.identification.maps.reading import Piston, demand
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
 from hydroservo.identification.maps.sweep_line import (
@@ -20,9 +21,8 @@ from hydroservo.identification.maps.sweep_line import (
     loops_of,
 )
 from hydroservo.identification.maps.sweeps import DENSE, Pass, chosen, passes, span_of, swept_curve
+from hydroservo.identification.regression import thinned
 from hydroservo.identification.segments import Segment, Understood
-from hydroservo.identification.signals import COMMAND
-from hydroservo.identification.thinning import thinned
 from hydroservo.loop import Loop
 from hydroservo.signals import Pressures
 from hydroservo.valves.four_edges import FourEdges, blocked_pressure

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import quantity
 from hydroservo.hooks import line_pressures
+from hydroservo.identification.log import COMMAND
 from hydroservo.identification.maps.reading import Piston, demand, velocity_of
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
 from hydroservo.identification.maps.sweep_line import (
@@ -21,9 +22,8 @@ from hydroservo.identification.maps.sweep_line import (
     too_fast,
 )
 from hydroservo.identification.maps.sweeps import Pass, chosen, mean_answer, passes, span_of, swept_curve
+from hydroservo.identification.regression import thinned
 from hydroservo.identification.segments import Segment, Understood
-from hydroservo.identification.signals import COMMAND
-from hydroservo.identification.thinning import thinned
 from hydroservo.loop import Loop
 from hydroservo.signals import Pressures
 

@@ -1,6 +1,7 @@
-"""Whether the signals of a log fit together: the balance of forces on the piston, and its command."""
+"""Whether a log can be of the scenario's machine, and whether its signals fit together."""
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,13 +10,12 @@ from numpy.typing import NDArray
 from hydroservo.block import Block, leaves
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
-from hydroservo.identification.regression import regression
-from hydroservo.identification.segments import Segment, Understood
-from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE
-from hydroservo.identification.spikes import noise_of
-from hydroservo.identification.thinning import thinned
+from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE
+from hydroservo.identification.regression import regression, thinned
+from hydroservo.identification.segments import Segment, Understood, noise_of
 from hydroservo.loop import Loop
 
+BEYOND = 0.1  # of the stroke, by which a sensor's zero may lie beside the machine's
 PRESSURES = frozenset({"pressure_a", "pressure_b"})
 SIGMAS = 5.0  # of a speed's noise, within which the direction of motion is not known
 SLOW = 0.02  # of the largest speed, within which the piston may stick
@@ -29,6 +29,37 @@ CLEARER_SHARE = 0.8  # times the share of their force that others leave so
 
 Samples = NDArray[np.float64]
 Rows = Mapping[str, Samples]
+
+
+def stroke_of(plant: Block) -> float:
+    """The stroke of a plant [m]; inf without one."""
+    return float(getattr(plant, "stroke", math.inf))
+
+
+def check_positions(logs: Iterable[Understood], stroke: float) -> None:
+    """Refuse positions far outside of the stroke, as of a wrong unit or a zero at mid-stroke.
+
+    With them the piston would begin behind the ends of its cylinder.
+
+    Args:
+        logs: as they are understood.
+        stroke: the longest that the machine may have [m].
+    """
+    if not math.isfinite(stroke):
+        return
+    for one in logs:
+        rows = [part.measured["position"] for part in one.segments if "position" in part.measured]
+        if not rows:
+            continue
+        every = np.concatenate(rows)
+        low, high = float(np.nanmin(every)), float(np.nanmax(every))
+        if low < -BEYOND * stroke or high > (1.0 + BEYOND) * stroke:
+            first, last, whole = (quantity(at, "m").replace(MINUS, "-") for at in (low, high, stroke))
+            problem = (
+                f"lies between {first} and {last}, and the scenario's piston between 0 and {whole}: are its "
+                "unit and its zero those of the machine?"
+            )
+            raise ScenarioError(one.log.name, "position", problem)
 
 
 class Resistance(NamedTuple):
