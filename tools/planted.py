@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from hydroservo.studies.paired import difference
-from hydroservo.studies.trials import Trials
+from hydroservo.studies.trials import Trials, difference
 
 Draw = Callable[[np.random.Generator, Any], NDArray[np.float64]]
 

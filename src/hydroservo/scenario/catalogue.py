@@ -10,6 +10,7 @@ from hydroservo.nearest import nearest
 from hydroservo.scenario.tables import Entry, Origin
 
 LARGEST = 1 << 20  # bytes; a scenario is a few thousand
+KINDS = {"scenario": "scenario", "studies": "study"}  # of what is built in, by its room
 
 
 def scenarios() -> dict[str, str]:
@@ -29,16 +30,17 @@ def scenario_source(source: str | Path) -> str:
     return located(source)[1]
 
 
-def located(source: str | Path) -> tuple[Origin, str]:
-    """Where a scenario comes from, and its text."""
+def located(source: str | Path, room: str = "scenario") -> tuple[Origin, str]:
+    """Where a scenario comes from, and its text; or a study, in the room ``studies``."""
+    kind = KINDS[room]
     if not isinstance(source, str | Path):
-        raise ParameterError("source", source, "must be the name of a scenario, or the path of a file")
-    if is_builtin(source):
-        return Origin(source, Path()), builtin_texts()[source]
+        raise ParameterError("source", source, f"must be the name of a {kind}, or the path of a file")
+    if isinstance(source, str) and source in texts(room):
+        return Origin(source, Path()), texts(room)[source]
     path, name = Path(source), one_line(str(source))
     if not exists(path):
-        near = nearest(name, scenarios()) or nearest(path.name, beside(path))
-        raise ScenarioError(name, "", f"there is no such file, and no built-in scenario of that name{near}")
+        near = nearest(name, titles(room)) or nearest(path.name, beside(path))
+        raise ScenarioError(name, "", f"there is no such file, and no built-in {kind} of that name{near}")
     return Origin(name, path.parent), read_text(path, LARGEST, name)
 
 

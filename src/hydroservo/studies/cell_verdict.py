@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.studies.ablation import Ratio
 from hydroservo.studies.fronts import ratio_of
-from hydroservo.studies.multiples import CellLimit, limit_of
-from hydroservo.studies.pairs import Pair, pairs_of, ratio_between, rivals_of
+from hydroservo.studies.pairs import Pair, Ratio, pairs_of, ratio_between, rivals_of
 from hydroservo.studies.properties import Properties
-from hydroservo.studies.rules import Rules
-from hydroservo.studies.standing import Standing, geometric_mean, standing_of
-from hydroservo.studies.trials import Trials, trials_of_cell
+from hydroservo.studies.standing import CellLimit, Standing, geometric_mean, limit_of, standing_of
+from hydroservo.studies.trials import Rules, Trials, trials_of_cell
 
 if TYPE_CHECKING:
     import pandas as pd

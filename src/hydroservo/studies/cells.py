@@ -16,9 +16,8 @@ from hydroservo.metrics import judged_by
 from hydroservo.nearest import one_of
 from hydroservo.runs.provenance import describe, scenario_text
 from hydroservo.studies.asked import Law, Level, Study
-from hydroservo.studies.conditions import Drawn, conditions_of
 from hydroservo.studies.contenders import Contender, contender
-from hydroservo.studies.judging import Group, Task, command_range
+from hydroservo.studies.judging import Drawn, Group, Task, command_range, conditions_of
 from hydroservo.studies.search import search_table
 from hydroservo.work.unit import Unit, address
 

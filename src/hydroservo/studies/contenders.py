@@ -14,7 +14,7 @@ from hydroservo.scenario.registry import shipped_classes
 from hydroservo.scenario.search import searched_range
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.studies.asked import Law, Level, Study
-from hydroservo.studies.reading import entry_value
+from hydroservo.studies.file import entry_value
 
 RATES = ("1/s", "rad/s")  # units of numbers whose ranges go as far as the sample rate allows
 LAW = "controller"

@@ -1,23 +1,113 @@
-"""Studies from their files."""
+"""Studies from their files, each value checked where it stands."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from numbers import Real
 from pathlib import Path
+from typing import Any
 
 from hydroservo import builtin
-from hydroservo.errors import ParameterError, ScenarioError, one_line
-from hydroservo.inputs import exists, read_text
-from hydroservo.nearest import nearest, one_of
-from hydroservo.scenario.catalogue import named_source
+from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.nearest import one_of
+from hydroservo.scenario.catalogue import located, named_source
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.quantities import si_value
-from hydroservo.scenario.tables import Layer, Origin, Table, parsed
+from hydroservo.scenario.tables import Entry, Layer, Origin, Table, parsed
 from hydroservo.studies.asked import Axis, Conditions, Kind, Law, Level, ObserverChoice, Search, Study
-from hydroservo.studies.reading import changes_in, finite, known_keys, numbers, ranges_in, text, texts, whole
+from hydroservo.validation import whole_number
 
-LARGEST = 1 << 20  # bytes
+LARGEST_NUMBER = 1e300
+FILE = "file"  # key of a recorded signal
 LEVELS = (0.5, 1.0, 2.0, 4.0, 8.0)
 NAME = "abcdefghijklmnopqrstuvwxyz0123456789-"  # of laws, levels and kinds: they name files
+
+
+def known_keys(table: Table, allowed: Sequence[str]) -> None:
+    """Refuse a key that a table does not have."""
+    for name in table.names():
+        if name not in allowed:
+            raise table.entry(name).unknown(name, allowed)
+
+
+def text(table: Table, name: str, default: str | None = None) -> str:
+    """A text that is not empty."""
+    if not table.has(name):
+        if default is None:
+            raise table.error(f"needs {name}")
+        return default
+    entry = table.entry(name)
+    if not isinstance(entry.value, str) or not entry.value.strip():
+        raise entry.error("must be a text")
+    return entry.value
+
+
+def texts(
+    table: Table, name: str, allowed: Sequence[str] | None = None, default: Sequence[str] = ()
+) -> list[str]:
+    """Different texts, of those that are allowed; any if None."""
+    if not table.has(name):
+        return list(default)
+    entry = table.entry(name)
+    found = entry.value
+    if not isinstance(found, list) or not found or not all(isinstance(one, str) for one in found):
+        raise entry.error("must be a list of texts")
+    if len(set(found)) < len(found):
+        raise entry.error("names one twice")
+    for one in found:
+        if allowed is not None and one not in allowed:
+            raise entry.error(f"names {one!r}; it {one_of(one, allowed)}")
+    return found
+
+
+def whole(table: Table, name: str, low: int, high: int, default: int) -> int:
+    """A whole number between two others."""
+    if not table.has(name):
+        return default
+    entry = table.entry(name)
+    try:
+        return whole_number(name, entry.value, low, high)
+    except ParameterError as error:
+        raise entry.error(error.allowed) from None
+
+
+def numbers(table: Table, name: str, low: float, high: float, default: Sequence[float]) -> list[float]:
+    """Different numbers between two others, the smallest first."""
+    if not table.has(name):
+        return list(default)
+    entry = table.entry(name)
+    found = entry.value
+    real = isinstance(found, list) and all(map(is_real, found))
+    if not real or not found or not all(low <= one <= high for one in found) or sorted(set(found)) != found:
+        raise entry.error(f"must be a list of numbers from {low:g} to {high:g}, the smallest first")
+    return [float(one) for one in found]
+
+
+def is_real(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def finite(entry: Entry) -> float:
+    """A finite number."""
+    value = entry.value
+    if not is_real(value) or not -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
+        raise entry.error(f"must be a number from {-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}")
+    return float(value)
+
+
+def changes_in(table: Table, name: str) -> dict[str, Any]:
+    """Changes to a scenario by dotted path, as they stand in nested tables or under dotted keys."""
+    return {path: entry_value(entry) for path, entry in table.table(name).entries()}
+
+
+def entry_value(entry: Entry) -> Any:
+    """A value as any folder may have it: the path of a recording from here, not from its own file."""
+    is_file = entry.key.rpartition(".")[2] == FILE and isinstance(entry.value, str)
+    return str(entry.origin.folder / entry.value) if is_file else entry.value
+
+
+def ranges_in(table: Table, name: str) -> dict[str, Entry]:
+    """What varies by path, each as an entry that says where it stands."""
+    return dict(table.table(name).entries())
 
 
 def read_study(source: str | Path, changes: Mapping[str, object] | None = None) -> Study:
@@ -27,7 +117,7 @@ def read_study(source: str | Path, changes: Mapping[str, object] | None = None) 
         source: the path of a TOML file, or the name of a built-in study such as ``small``.
         changes: values by dotted path that override those of the file.
     """
-    origin, content = located(source)
+    origin, content = located(source, "studies")
     overrides = Layer(Origin(f"{origin.name}, overridden", Path()), nested(changes or {}))
     top = Table("", (overrides, Layer(origin, parsed(content, origin.name))))
     keys = ("title", "base", "plugins", "set", "metric", "reference", "known")
@@ -69,21 +159,7 @@ def study_source(source: str | Path) -> str:
     Args:
         source: a built-in name such as ``small``, or the path of a file.
     """
-    return located(source)[1]
-
-
-def located(source: str | Path) -> tuple[Origin, str]:
-    """Where a study comes from, and its text."""
-    if not isinstance(source, str | Path):
-        raise ParameterError("source", source, "must be the name of a study, or the path of a file")
-    ours = builtin.texts("studies")
-    if str(source) in ours:
-        return Origin(str(source), Path()), ours[str(source)]
-    path, name = Path(source), one_line(str(source))
-    if not exists(path):
-        near = nearest(name, ours)
-        raise ScenarioError(name, "", f"there is no such file, and no built-in study of that name{near}")
-    return Origin(name, path.parent), read_text(path, LARGEST, name)
+    return located(source, "studies")[1]
 
 
 def named(top: Table, section: str) -> Iterator[str]:

@@ -14,7 +14,7 @@ from hydroservo.runs.columns import SEED
 from hydroservo.runs.provenance import scenario_text
 from hydroservo.studies.asked import Study
 from hydroservo.studies.cells import Entrant
-from hydroservo.studies.multiples import OF_LIMITS
+from hydroservo.studies.standing import OF_LIMITS
 from hydroservo.work.unit import Unit, address
 
 if TYPE_CHECKING:

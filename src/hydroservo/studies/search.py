@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from hydroservo.block import field_at
 from hydroservo.errors import HydroservoError
 from hydroservo.runs.space import CANDIDATES, Space, latin_hypercube
-from hydroservo.studies.evolution import fittest, offspring
 from hydroservo.studies.judging import LOST, Evaluation, Group, Points, Task, Window, evaluate, mean_logs
-from hydroservo.studies.pareto import STILL, evenly_spaced, front_shift, on_front
-from hydroservo.studies.rules import Rules
+from hydroservo.studies.pareto import STILL, evenly_spaced, fittest, front_shift, offspring, on_front
+from hydroservo.studies.trials import Rules
 from hydroservo.validation import within
 
 if TYPE_CHECKING:

@@ -5,17 +5,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.errors import HydroservoError
-from hydroservo.studies.ablation import Ratio, Worth, over_cells, worths
 from hydroservo.studies.cell_verdict import CLASSES, Area, CellVerdict, areas, cell_verdict
-from hydroservo.studies.choice import activities_of, choose_gains, level_name, points_of
-from hydroservo.studies.columns import GAINS, judged_columns
-from hydroservo.studies.factors import Effect, effects
-from hydroservo.studies.fronts import LawFront, fronts_of
-from hydroservo.studies.means import FACTORS, means_of
-from hydroservo.studies.multiples import OF_LIMITS
+from hydroservo.studies.factors import FACTORS, Effect, effects, means_of
+from hydroservo.studies.fronts import LawFront, activities_of, choose_gains, fronts_of, level_name, points_of
+from hydroservo.studies.pairs import Ratio, Worth, over_cells, worths
 from hydroservo.studies.properties import Properties
-from hydroservo.studies.rules import Rules, checked_rules
-from hydroservo.studies.trials import Trials, trials_of
+from hydroservo.studies.standing import OF_LIMITS
+from hydroservo.studies.trials import GAINS, Rules, Trials, checked_rules, judged_columns, trials_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -79,7 +75,7 @@ def judged(
             used.
         rules: of the comparison.
         limits: a row a condition whose limits were sought, with the columns
-            :data:`~hydroservo.studies.multiples.OF_LIMITS`; None if there are none.
+            :data:`~hydroservo.studies.standing.OF_LIMITS`; None if there are none.
         properties: of the laws, by level, cell and law; None if nobody computed them.
 
     Raises:

@@ -7,8 +7,8 @@ import pytest
 
 from hydroservo.studies.cell_verdict import NONE, Area, areas, best_of, prices, ranks, regrets
 from hydroservo.studies.pairs import pairs_of
-from hydroservo.studies.rules import Rules
 from hydroservo.studies.standing import standing_of
+from hydroservo.studies.trials import Rules
 from tools.planted import trials, with_lost
 
 RULES = Rules()

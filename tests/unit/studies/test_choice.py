@@ -5,9 +5,8 @@ import pandas as pd
 import pytest
 
 from hydroservo.errors import HydroservoError
-from hydroservo.studies.choice import activities_of, choose_gains, points_of
-from hydroservo.studies.columns import judged_columns
-from hydroservo.studies.rules import Rules
+from hydroservo.studies.fronts import activities_of, choose_gains, points_of
+from hydroservo.studies.trials import Rules, judged_columns
 
 RULES = Rules()
 PI = {0: ([2.0], 1.0), 1: ([1.04], 3.0), 2: ([1.0], 4.0)}  # error and activity of each point

@@ -9,8 +9,8 @@ from hydroservo.block import value_at
 from hydroservo.scenario.load import Assembly
 from hydroservo.studies.asked import Level, Study
 from hydroservo.studies.cells import Entrant, about_drawn, entrants_of
-from hydroservo.studies.conditions import Drawn, conditions_of
 from hydroservo.studies.file import read_study
+from hydroservo.studies.judging import Drawn, conditions_of
 
 
 def entrants(**changes: object) -> dict[tuple[str, str], Entrant]:

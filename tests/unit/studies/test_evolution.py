@@ -5,8 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.studies.evolution import crowding_distances, fittest, nondominated_ranks, offspring, reflect
-from hydroservo.studies.pareto import on_front
+from hydroservo.studies.pareto import (
+    crowding_distances,
+    fittest,
+    nondominated_ranks,
+    offspring,
+    on_front,
+    reflect,
+)
 
 
 def evolved(costs_of, dimensions, generations=40, size=64, seed=0):

@@ -6,11 +6,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from hydroservo.studies.ablation import over_cells
-from hydroservo.studies.factors import effects
-from hydroservo.studies.means import drawn_mean, means_of, weights
-from hydroservo.studies.rules import Rules
-from hydroservo.studies.trials import Trials
+from hydroservo.studies.factors import drawn_mean, effects, means_of, weights
+from hydroservo.studies.pairs import over_cells
+from hydroservo.studies.trials import Rules, Trials
 from tools.planted import Spreads, trials, with_lost
 
 RULES = Rules(resamples=2000)

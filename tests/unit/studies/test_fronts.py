@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.studies.columns import judged_columns
 from hydroservo.studies.fronts import fronts_of
 from hydroservo.studies.pareto import MOST, evenly_spaced, front_shift, on_front
-from hydroservo.studies.rules import Rules
-from hydroservo.studies.trials import trials_of
+from hydroservo.studies.trials import Rules, judged_columns, trials_of
 from tools.planted import rows, trials, with_lost
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from hydroservo.studies.paired import Difference
 from hydroservo.studies.standing import fewer_lost, lost_share
+from hydroservo.studies.trials import Difference
 
 
 def on(conditions, count=200):

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hydroservo.studies.multiples import BELOW, limit_of
+from hydroservo.studies.standing import BELOW, limit_of
 from hydroservo.studies.trials import Trials
 
 LIMITS = pd.DataFrame(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hydroservo.studies.paired import UNKNOWN, difference, exponentials, mean
+from hydroservo.studies.trials import UNKNOWN, difference, exponentials, mean
 
 RNG = np.random.default_rng(3)
 COMMON, A, B = RNG.standard_normal((3, 40))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydroservo.studies.pairs import pairs_of, ratio_between, rivals_of
-from hydroservo.studies.rules import Rules
+from hydroservo.studies.trials import Rules
 from tools.planted import Spreads, trials, with_lost
 
 

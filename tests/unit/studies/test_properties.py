@@ -8,15 +8,23 @@ import pytest
 from hydroservo import load_scenario
 from hydroservo.block import replace, value_at
 from hydroservo.linear import Margins, margins
-from hydroservo.studies.law_margins import LawMargins, law_margins, least
-from hydroservo.studies.properties import ENDLESS, UNTRANSLATED, OnTarget, Properties, on_target
+from hydroservo.studies.properties import (
+    ENDLESS,
+    UNTRANSLATED,
+    LawMargins,
+    OnTarget,
+    Properties,
+    law_margins,
+    least,
+    on_target,
+)
 from hydroservo.studies.report.cell_tables import cell_tables
 from hydroservo.studies.report.findings import findings
 from hydroservo.studies.report.folder import write_report
-from hydroservo.studies.report.law_tables import law_tables
 from hydroservo.studies.report.pictures import pictures
 from hydroservo.studies.report.sentences import sentences
-from hydroservo.studies.rules import Rules
+from hydroservo.studies.report.tables import law_tables
+from hydroservo.studies.trials import Rules
 from hydroservo.studies.verdicts import judged, plain
 from tests.support.export.small_laws import law
 from tests.support.study_data import made_up_manifest, made_up_table, part_of

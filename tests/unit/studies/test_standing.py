@@ -6,9 +6,8 @@ import pytest
 from scipy import stats
 
 from hydroservo.studies.cell_verdict import kind_ratios, survived
-from hydroservo.studies.rules import Rules
 from hydroservo.studies.standing import standing_of
-from hydroservo.studies.trials import Trials
+from hydroservo.studies.trials import Rules, Trials
 from tools.planted import with_lost
 
 

@@ -17,9 +17,8 @@ import hydroservo as hs
 from hydroservo.cli.app import app
 from hydroservo.studies.cells import entrants_of, units_of
 from hydroservo.studies.file import read_study
-from hydroservo.studies.report.commands import conditions_in, repeats
 from hydroservo.studies.report.findings import findings
-from hydroservo.studies.report.folder import write_report
+from hydroservo.studies.report.folder import conditions_in, repeats, write_report
 from hydroservo.studies.running import Studied
 from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.plugins import LAW

@@ -15,20 +15,17 @@ from hydroservo.show.journal import Journal, decimal_commas
 from hydroservo.show.numbers import foreign_files
 from hydroservo.show.table import texts_of
 from hydroservo.show.terminal import show_finding
-from hydroservo.studies.ablation import Ratio
-from hydroservo.studies.choice import choose_gains
-from hydroservo.studies.columns import GAINS, judged_columns
+from hydroservo.studies.fronts import choose_gains
+from hydroservo.studies.pairs import Ratio
 from hydroservo.studies.report.cell_tables import cell_tables
-from hydroservo.studies.report.commands import conditions_in, repeats
 from hydroservo.studies.report.finding import study_finding
 from hydroservo.studies.report.findings import findings, grid_of
-from hydroservo.studies.report.folder import write_report
-from hydroservo.studies.report.law_tables import law_tables
+from hydroservo.studies.report.folder import conditions_in, repeats, write_report
 from hydroservo.studies.report.pictures import pictures
 from hydroservo.studies.report.sentences import lead, sentences
-from hydroservo.studies.report.tables import front_table
-from hydroservo.studies.rules import Rules
+from hydroservo.studies.report.tables import front_table, law_tables
 from hydroservo.studies.running import Studied
+from hydroservo.studies.trials import GAINS, Rules, judged_columns
 from hydroservo.studies.verdicts import judged
 from tests.support.study_data import (
     made_up_limits,

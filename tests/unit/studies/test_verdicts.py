@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.studies.rules import Rules
+from hydroservo.studies.trials import Rules
 from hydroservo.studies.verdicts import judged
 from tools.planted import Spreads, manifest, rows, trials, with_lost
 

@@ -4,10 +4,8 @@ import math
 
 from hydroservo.show import Column, Mark, Table
 from hydroservo.show.table import Value
-from hydroservo.studies.ablation import Ratio
-from hydroservo.studies.pairs import compared, ratio_between
+from hydroservo.studies.pairs import Ratio, compared, ratio_between
 from hydroservo.studies.report.findings import Findings
-from hydroservo.studies.report.law_tables import property_table
 from hydroservo.studies.report.sentences import interval
 from hydroservo.studies.report.tables import (
     ACTIVITY,
@@ -17,6 +15,7 @@ from hydroservo.studies.report.tables import (
     interval_columns,
     interval_of,
     laws_in,
+    property_table,
 )
 
 LIMITS = (

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from hydroservo.formatting import number
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
 from hydroservo.studies.cell_verdict import CellVerdict
-from hydroservo.studies.report.captions import of_fronts
-from hydroservo.studies.report.findings import Findings, findings
+from hydroservo.studies.report.findings import Findings, findings, of_fronts
 from hydroservo.studies.report.sentences import lead
 from hydroservo.studies.standing import Standing
 

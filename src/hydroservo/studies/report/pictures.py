@@ -15,9 +15,8 @@ from hydroservo.figures.studies.target import TargetPoint, plot_target
 from hydroservo.show import Picture
 from hydroservo.studies.fronts import FrontPoint
 from hydroservo.studies.pareto import on_front
-from hydroservo.studies.report.captions import CAPTIONS
-from hydroservo.studies.report.findings import Findings, cell_at, sure, with_levels
-from hydroservo.studies.report.law_tables import kind_of
+from hydroservo.studies.report.findings import CAPTIONS, Findings, cell_at, sure, with_levels
+from hydroservo.studies.report.tables import kind_of
 
 if TYPE_CHECKING:
     from hydroservo.figures.style import Plot

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from hydroservo.formatting import number
-from hydroservo.studies.ablation import Ratio
+from hydroservo.studies.pairs import Ratio
 from hydroservo.studies.pareto import STILL
-from hydroservo.studies.report.captions import level_text
-from hydroservo.studies.report.findings import Findings, sure
-from hydroservo.studies.report.law_tables import kind_of
+from hydroservo.studies.report.findings import Findings, level_text, sure
+from hydroservo.studies.report.tables import kind_of
 
 MOST = 3  # names in a row
 WIDE = 10.0  # an end of an interval over the other, from which it says nothing

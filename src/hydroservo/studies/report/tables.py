@@ -1,15 +1,22 @@
-"""The tables of a study's report: numbers in SI units, of which the page, LaTeX and CSV are printed."""
+"""The tables of a study's report, and those of each law over all cells."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable
+from statistics import fmean
 
 from hydroservo.show import Cell, Column, Mark, Table
 from hydroservo.show.table import Value
-from hydroservo.studies.ablation import Ratio
-from hydroservo.studies.report.findings import Findings
+from hydroservo.studies.cell_verdict import CellVerdict
+from hydroservo.studies.pairs import Ratio
+from hydroservo.studies.properties import LawMargins
+from hydroservo.studies.report.findings import Findings, level_text
 
 DIGITS = 3
 ACTIVITY = Column("activity", "%/s", DIGITS)
+KINDS = {"linear": "linear", "rough": "not linear", "unstable": "unstable"}  # of loops, in words
+MARKS = {"rough": Mark.QUIET, "unstable": Mark.DOUBTFUL}
+COUNTS = ("operations", "divisions", "roots", "functions", "state", "parameters")
 
 
 def interval_columns(heading: str, unit: str = "", digits: int = DIGITS) -> list[Column]:
@@ -79,3 +86,155 @@ def front_table(found: Findings) -> Table:
         "Level: the smallest at which these gains are taken. Ratio: of the error to that of "
         f"{found.reference} at its own activity.",
     )
+
+
+COLUMNS = (
+    *(Column("law"), Column("small motions")),
+    *count_columns("linear points", "points", "gain reduction margin", "gain margin"),
+    *(Column("phase margin", "rad", DIGITS), Column("delay margin", "s", DIGITS)),
+    *(Column("disk margin", digits=DIGITS), Column("max |S|", "dB", DIGITS)),
+    *count_columns(*COUNTS[:4], "bytes of state", "bytes of parameters"),
+)
+
+STATES = {"best": "best", "tie": "ties", "behind": "behind", "out": "out"}
+WITHOUT_MARGINS = ("rough", "unstable")
+PRICES = (
+    Column("law"),
+    *range_columns("activity"),
+    *range_columns("hunting", "%"),
+    *range_columns("max |S|", "dB"),
+    *count_columns(*(KINDS[kind] for kind in WITHOUT_MARGINS), "operations", "bytes"),
+)
+
+
+def property_table(found: Findings, name: str) -> Table:
+    """The margins and the price of each of a cell's laws."""
+    properties = found.at.cells[name].properties
+    rows = [
+        [
+            Cell(law),
+            *margin_cells(properties[law].margins),
+            *cells_of(count(getattr(properties[law].target, one)) for one in COUNTS),
+        ]
+        for law in laws_in(found, name)
+        if law in properties
+    ]
+    return Table(
+        f"properties-{name}", COLUMNS, rows, f"{found.where(name)}. Margins and price on the target."
+    )
+
+
+def kind_of(one: LawMargins) -> str:
+    """What a law's loop is in small motions: linear, rough or unstable."""
+    if not one.linear:
+        return "rough"
+    return "linear" if one.stable else "unstable"
+
+
+def margin_cells(one: LawMargins) -> list[Cell]:
+    kind = kind_of(one)
+    margins = (
+        *(one.gain_reduction_margin, one.gain_margin, one.phase_margin, one.delay_margin, one.disk_margin),
+        decibels(one.sensitivity_peak),
+    )
+    values = margins if kind == "linear" else [math.nan] * len(margins)
+    return [Cell(KINDS[kind], mark=MARKS.get(kind)), *cells_of((one.linear, one.points, *values))]
+
+
+def count(value: int | None) -> float:
+    return math.nan if value is None else value
+
+
+def most(found: Findings, law: str, *prices: str) -> float:
+    """The largest sum of some prices of a law in any cell; nan where one is unknown."""
+    targets = [cell.properties[law].target for cell in found.at.cells.values() if law in cell.properties]
+    sums = [sum(count(getattr(one, price)) for price in prices) for one in targets]
+    return max(sums) if sums and not any(map(math.isnan, sums)) else math.nan
+
+
+def law_tables(found: Findings) -> list[Table]:
+    """Each law over all cells at the level that is shown."""
+    laws, level = ordered_laws(found), level_text(found)
+    beside = f"over that of {found.reference} at its own activity"
+    return [
+        Table(
+            f"laws-{found.level}",
+            law_columns(found),
+            [cells_of(law_row(found, law)) for law in laws],
+            f"Each law over all cells, {level}.",
+            f"Error: {beside}, with its interval.",
+        ),
+        Table(
+            f"prices-{found.level}",
+            PRICES,
+            [cells_of(price_row(found, law)) for law in laws],
+            f"What each law takes, {level}.",
+            f"Ranges are over cells. Activity: {beside}.",
+        ),
+    ]
+
+
+def ordered_laws(found: Findings) -> list[str]:
+    """The laws, those with the least error over all cells first."""
+    ratios = {law: found.to_reference(law) for law in found.manifest["laws"]}
+    return sorted(ratios, key=lambda law: (math.isnan(ratios[law].value), ratios[law]))
+
+
+def law_columns(found: Findings) -> list[Column]:
+    """After the error over all conditions, that under each kind of them."""
+    return [
+        *(Column("law"), Column("sensors"), Column("gains")),
+        *interval_columns("error"),
+        *count_columns(*kinds_of(found), *STATES.values(), "no gains"),
+        Column("lost runs", "%", digits=2),
+    ]
+
+
+def kinds_of(found: Findings) -> list[str]:
+    """The kinds of conditions; none where there is only one."""
+    kinds = [str(kind) for kind in found.manifest["kinds"]]
+    return kinds if len(kinds) > 1 else []
+
+
+def law_row(found: Findings, law: str) -> list[Value]:
+    about = found.manifest["laws"][law]
+    own = [cell for cell in found.at.cells.values() if law in cell.standings]
+    states = Counter(state_in(cell, law) for cell in own)
+    return [
+        *(law, str(about["class"]), about.get("gains", math.nan)),
+        *interval_of(*found.to_reference(law)),
+        *(kind_ratio(found, law, k) for k in range(len(kinds_of(found)))),
+        *(states[state] for state in STATES),
+        len(found.verdicts.activity) - len(own),
+        100.0 * found.lost(law),
+    ]
+
+
+def state_in(cell: CellVerdict, law: str) -> str:
+    """How a law stands in a cell: best alone, tie with the best, behind it, or out."""
+    if law in cell.best.ties:
+        return "best" if cell.best.ties == [law] else "tie"
+    return "out" if math.isinf(cell.regret[law]) or not cell.best.law else "behind"
+
+
+def kind_ratio(found: Findings, law: str, kind: int) -> float:
+    """A law's error over that of the reference at its own activity, under one kind of conditions."""
+    ratios = [cell.kinds[law][kind] for cell in found.at.cells.values() if law in cell.kinds]
+    if len(ratios) < len(found.verdicts.activity) or not all(one > 0.0 for one in ratios):
+        return math.nan
+    return math.exp(fmean(map(math.log, ratios)))
+
+
+def price_row(found: Findings, law: str) -> list[Value]:
+    own = {name: cell for name, cell in found.at.cells.items() if law in cell.standings}
+    bases = {name: found.reference_standing(name).activity for name in own}
+    margins = [cell.properties[law].margins for cell in own.values() if law in cell.properties]
+    kinds = Counter(map(kind_of, margins))
+    return [
+        law,
+        *range_of(own[name].standings[law].activity / base for name, base in bases.items() if base > 0.0),
+        *range_of(100.0 * cell.standings[law].hunting for cell in own.values()),
+        *range_of(decibels(one.sensitivity_peak) for one in margins if one.stable),
+        *(kinds[kind] if margins else math.nan for kind in WITHOUT_MARGINS),
+        *(most(found, law, "operations"), most(found, law, "state", "parameters")),
+    ]
