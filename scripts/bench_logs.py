@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.scenario.quantities import unit_factor
-from hydroservo.scenario.records.headers import name_and_unit
+from hydroservo.scenario.records.columns import name_and_unit
 
 FOLDER = Path(__file__).resolve().parents[1] / "examples" / "bench"
 UNITS = {"s": "s", "inch/s": "m/s", "psi": "Pa", "lbf": "N", "A": "A"}

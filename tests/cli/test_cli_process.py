@@ -201,9 +201,9 @@ def test_signals_that_end_a_command_leave_nothing(tmp_path, number, word):
 
 EXPORTING = """
 import os, signal, sys
-from hydroservo.export.c import compiler
+from hydroservo.export import compilers
 from hydroservo.cli import main
-compiled, number = compiler.compiled, int(sys.argv.pop(1))
+compiled, number = compilers.compiled, int(sys.argv.pop(1))
 def compiling(folder, *args, **options):
     assert list(folder.iterdir())
     signal.raise_signal(number)
@@ -211,7 +211,7 @@ def compiling(folder, *args, **options):
 for module in list(sys.modules.values()):
     if getattr(module, "compiled", None) is compiled:
         module.compiled = compiling
-compiler.compiled = compiling
+compilers.compiled = compiling
 main()
 """
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import hydroservo
-from hydroservo.export.platforms import TOOLCHAINS, this_platform
+from hydroservo.export.compilers import TOOLCHAINS, this_platform
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
 from tests.support.bases import on_base

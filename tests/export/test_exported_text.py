@@ -9,8 +9,8 @@ import pytest
 from hydroservo import Loop, Simulation
 from hydroservo.controllers import PI, TSMC, Saturation
 from hydroservo.errors import LoopError, ParameterError
-from hydroservo.export.comments import WIDTH, comment
 from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.texts import WIDTH, comment
 from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.language.names import identifier, is_identifier, snake
 from hydroservo.scenario import load_scenario

@@ -13,12 +13,12 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export.c import compiler
-from hydroservo.export.fmu import FmiVersion, interface, write, write_fmu
-from hydroservo.export.fmu.binaries import place_of
-from hydroservo.export.fmu.units import base_unit
+from hydroservo.export import compilers
+from hydroservo.export.compilers import this_platform
+from hydroservo.export.fmu import FmiVersion, contents, write, write_fmu
+from hydroservo.export.fmu.variables import base_unit
+from hydroservo.export.fmu.write import place_of
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.platforms import this_platform
 from hydroservo.export.unit import Part, Signal
 from hydroservo.scenario import load_scenario
 from tests.support.export.fmus import mass
@@ -154,7 +154,7 @@ def test_a_file_holds_all_that_it_needs(fmus: dict[str, Path], version: FmiVersi
         assert archive.testzip() is None
     headers = {name for name in names if name.startswith("sources/include/")}
     assert headers == {
-        f"sources/include/{name}" for name in interface.interface_of(version, Part.MACHINE).headers
+        f"sources/include/{name}" for name in contents.interface_of(version, Part.MACHINE).headers
     }
     assert {"sources/toy.c", "sources/toy.h", "sources/model.c", f"sources/fmi{version}.c"} < names
     assert [name for name in names if name.startswith("binaries/")] == [
@@ -242,7 +242,7 @@ def test_an_interrupt_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    for module, name in ((write, "pack"), (compiler.subprocess, "run")):
+    for module, name in ((write, "pack"), (compilers.subprocess, "run")):
         with monkeypatch.context() as patch:
             patch.setattr(module, name, lambda *_, **__: interrupt())
             with pytest.raises(KeyboardInterrupt):

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo.export.c.compiler import BITS
+from hydroservo.export.compilers import BITS
 from hydroservo.export.fmu import FmiVersion
-from hydroservo.export.fmu.binaries import AS_LIBRARY
 from hydroservo.export.fmu.contents import fmu_files
+from hydroservo.export.fmu.write import AS_LIBRARY
 from tests.support.export import DRIVERS
 from tests.support.export.exchanges import equations
 from tests.support.export.fmus import mass

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from hydroservo.export.c.layout import INDENT, laid_out
-from hydroservo.export.comments import WIDTH
+from hydroservo.export.texts import WIDTH
 from tests.support.export.cases import Case, each_case, unit_of
 
 LONG = "a_long_name_of_a_number_of_the_state"

@@ -10,7 +10,7 @@ from hydroservo.errors import ParameterError
 from hydroservo.export.c.project import write_c_project
 from hydroservo.export.fmu import write_fmu
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.prefix import checked_prefix, default_prefix
+from hydroservo.export.texts import checked_prefix, default_prefix
 from hydroservo.export.unit import Part, Precision
 from hydroservo.loop import Loop
 from tests.support.export.projects import TITLE, check, unit

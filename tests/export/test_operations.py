@@ -6,8 +6,7 @@ import pytest
 
 from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.operations import Operations
-from hydroservo.export.unit import Part
+from hydroservo.export.unit import Operations, Part
 from tests.support.export.counting import COMPILER, operations_done
 from tests.support.export.small_laws import NAMED, law
 from tests.support.needs import needs

@@ -11,11 +11,11 @@ import pytest
 
 from hydroservo.export.c.project import write_c_project
 from hydroservo.export.c.vectors import Vectors
+from hydroservo.export.compilers import Platform, this_platform
 from hydroservo.export.fmu import FmiVersion, write_fmu
-from hydroservo.export.fmu.binaries import place_of
 from hydroservo.export.fmu.contents import Files, fmu_files
 from hydroservo.export.fmu.variables import Kind, variables_of
-from hydroservo.export.platforms import Platform, this_platform
+from hydroservo.export.fmu.write import place_of
 from hydroservo.export.unit import Part
 from tests.support.export import DRIVERS
 from tests.support.export.agreement import same_bits

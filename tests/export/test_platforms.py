@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.export import platforms
+from hydroservo.export import compilers
+from hydroservo.export.compilers import TOOLCHAINS, platforms_named, this_platform
 from hydroservo.export.fmu import FmiVersion, Platform, check_tools, write_fmu
-from hydroservo.export.fmu.binaries import place_of
-from hydroservo.export.platforms import TOOLCHAINS, platforms_named, this_platform
+from hydroservo.export.fmu.write import place_of
 from tests.support.export.toy import toy
 from tests.support.needs import needs
 
@@ -36,15 +36,15 @@ LINUX, ARM, WINDOWS, MAC = (
 def test_a_machine_has_its_name(
     monkeypatch: pytest.MonkeyPatch, system: str, machine: str, expected: Platform
 ) -> None:
-    monkeypatch.setattr(platforms.sys, "platform", system)
-    monkeypatch.setattr(platforms.platform, "machine", lambda: machine)
+    monkeypatch.setattr(compilers.sys, "platform", system)
+    monkeypatch.setattr(compilers.platform, "machine", lambda: machine)
     assert this_platform() is expected
     assert platforms_named([]) == [expected]
 
 
 def test_a_machine_without_a_name_builds_for_others_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(platforms.platform, "machine", lambda: "vax")
-    monkeypatch.setattr(platforms.sys, "platform", "linux")
+    monkeypatch.setattr(compilers.platform, "machine", lambda: "vax")
+    monkeypatch.setattr(compilers.sys, "platform", "linux")
     with pytest.raises(HydroservoError, match="FMI has no name for this machine, 'vax-linux'"):
         platforms_named([])
     assert platforms_named(["aarch64-linux"]) == [ARM]
@@ -92,8 +92,8 @@ def test_an_fmu_holds_a_binary_for_each_platform(tmp_path: Path) -> None:
 
 def elsewhere(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     """This is an x86-64 Linux whose programs are those of a folder."""
-    monkeypatch.setattr(platforms.platform, "machine", lambda: "x86_64")
-    monkeypatch.setattr(platforms.sys, "platform", "linux")
+    monkeypatch.setattr(compilers.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(compilers.sys, "platform", "linux")
     monkeypatch.setenv("PATH", str(folder))
 
 

@@ -12,7 +12,7 @@ from hydroservo.errors import HydroservoError
 from hydroservo.export.c.project import c_project, memory, write_c_project
 from hydroservo.export.c.proof import proof_of
 from hydroservo.export.c.vectors import Vectors
-from hydroservo.export.comments import WIDTH
+from hydroservo.export.texts import WIDTH
 from hydroservo.export.unit import Part, Precision, Signal, Unit
 from hydroservo.loop import Loop
 from tests.support.export.projects import TITLE, check, make, unit

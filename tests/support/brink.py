@@ -7,7 +7,7 @@ import tomli_w
 
 from hydroservo import load_scenario
 from hydroservo.loop import Loop
-from hydroservo.scenario.overrides import nested
+from hydroservo.scenario.layers import nested
 
 INNER = "controller.controller"
 PID = f"{INNER}.controller"

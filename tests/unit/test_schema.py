@@ -13,8 +13,7 @@ from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_plugin
 from hydroservo.scenario.catalogue import builtin_texts
-from hydroservo.scenario.descriptions import descriptions, role_named, types_by_role
-from hydroservo.scenario.keys import keys_of, range_of
+from hydroservo.scenario.keys import descriptions, keys_of, range_of, role_named, types_by_role
 from hydroservo.scenario.other_tables import KEYS
 from hydroservo.scenario.schema import scenario_schema
 from hydroservo.scenario.search import PARTS

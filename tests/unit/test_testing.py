@@ -13,7 +13,7 @@ from hypothesis import Phase
 from hydroservo import HydroservoError, replace
 from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.engine.compiling import compiled
-from hydroservo.export.c import compiler
+from hydroservo.export import compilers
 from hydroservo.plants import DesignModel
 from hydroservo.roles import Filter, Limiter, Load, Model, Reference, role
 from hydroservo.scenario import load_plugin
@@ -462,7 +462,7 @@ def test_a_weight_that_the_machine_of_the_check_cannot_hold_is_no_fault(tmp_path
 def test_bits_in_c_are_compared_where_there_is_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     needs("cc")
     assert answer(PI, IN_C) == Answer("PI", "Controller", IN_C, ok=True)
-    monkeypatch.setattr(compiler, "COMPILERS", ())
+    monkeypatch.setattr(compilers, "COMPILERS", ())
     monkeypatch.delenv("CC", raising=False)
     assert answer(PI, IN_C).remark.startswith("bits not compared: no C compiler was found")
 

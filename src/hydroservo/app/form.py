@@ -14,7 +14,7 @@ from hydroservo.roles import ControlledSignal
 from hydroservo.roles.saying import is_role
 from hydroservo.scenario import Assembly
 from hydroservo.scenario.build import SIGNALS, Context, Draft
-from hydroservo.scenario.declared import hints
+from hydroservo.scenario.fits import hints
 from hydroservo.scenario.quantities import number_and_unit, unit_factor
 from hydroservo.scenario.registry import makers, names_in_role
 from hydroservo.validation import allowed

@@ -12,7 +12,7 @@ from hydroservo.field import Field, declared_fields
 from hydroservo.loop import Loop
 from hydroservo.scenario import Assembly, assembled, scenarios
 from hydroservo.scenario.build import Draft, maker_named
-from hydroservo.scenario.declared import hints
+from hydroservo.scenario.fits import hints
 from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.tables import Entry, Origin

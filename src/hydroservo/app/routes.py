@@ -20,7 +20,7 @@ from hydroservo.app.guard import Door, Guard
 from hydroservo.app.source import Home
 from hydroservo.app.worker import Message, Worker
 from hydroservo.scenario import scenarios
-from hydroservo.scenario.overrides import parse_override
+from hydroservo.scenario.layers import parse_override
 from hydroservo.scenario.records import RECORD_ENDINGS
 
 WORKERS = {  # who does which job: a run does not wait for a curve, nor either for what takes long

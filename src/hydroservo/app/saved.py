@@ -7,7 +7,7 @@ from hydroservo.app.source import Source
 from hydroservo.scenario import Assembly, scenario_source
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.catalogue import builtin_texts
-from hydroservo.scenario.overrides import nested
+from hydroservo.scenario.layers import nested
 from hydroservo.scenario.tables import parsed
 
 

@@ -11,7 +11,7 @@ from hydroservo.errors import ScenarioError, short
 from hydroservo.outputs import write_text
 from hydroservo.scenario import Assembly, assembled
 from hydroservo.scenario.catalogue import builtin_texts
-from hydroservo.scenario.overrides import OVERRIDES
+from hydroservo.scenario.layers import OVERRIDES
 from hydroservo.scenario.tables import parsed
 
 PAGE = "the page's scenario"

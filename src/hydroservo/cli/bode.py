@@ -116,7 +116,7 @@ def bode(
     from hydroservo.linear.bode_finding import bode_finding
     from hydroservo.runs.provenance import origin_of_loop
     from hydroservo.scenario import parse_override
-    from hydroservo.scenario.series import loops_over
+    from hydroservo.scenario.sampling import loops_over
 
     if len(vary) > 1:
         raise ParameterError(VARY, ", ".join(vary), "must be one number: five values of it are a picture")

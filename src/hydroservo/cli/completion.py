@@ -19,7 +19,7 @@ def studies_like(incomplete: str) -> list[str]:
 
 def types_like(incomplete: str) -> list[str]:
     """Roles and types whose names begin so."""
-    from hydroservo.scenario.descriptions import types_by_role
+    from hydroservo.scenario.keys import types_by_role
 
     roles = types_by_role()
     types = {name for names in roles.values() for name in names}

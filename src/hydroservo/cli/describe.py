@@ -33,7 +33,7 @@ def describe(
     - `hydroservo describe Cylinder.from_diameters`
     """
     from hydroservo.cli.tables import show_descriptions, show_names, show_titles
-    from hydroservo.scenario.descriptions import descriptions, role_named, summary, types_by_role
+    from hydroservo.scenario.keys import descriptions, role_named, summary, types_by_role
     from hydroservo.scenario.plugins import load_plugin
     from hydroservo.show.numbers import as_json
 

@@ -9,7 +9,7 @@ import typer
 
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, loaded
 from hydroservo.cli.places import WHERE, file_at, folder_at
-from hydroservo.export.platforms import Platform, machine_name
+from hydroservo.export.compilers import Platform, machine_name
 from hydroservo.export.unit import FmiVersion, Part, Precision
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ def fmu(
     - `hydroservo export fmu paper/sine-pi --platform x86_64-linux --platform x86_64-windows --out pi.fmu`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.export.platforms import platforms_named
+    from hydroservo.export.compilers import platforms_named
     from hydroservo.export.products import export_fmu, proof_line
     from hydroservo.show.numbers import as_json
 
@@ -228,7 +228,7 @@ def ssp(
     - `hydroservo export ssp rig/1khz-tsmc-sine --out loop.ssp`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.export.platforms import platforms_named
+    from hydroservo.export.compilers import platforms_named
     from hydroservo.export.products import export_ssp, proof_line
     from hydroservo.show.numbers import as_json
 

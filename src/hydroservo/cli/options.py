@@ -209,7 +209,7 @@ def ranges_in(texts: Sequence[str], option: str = VARY) -> "dict[str, Entry]":
         option: that they were given to.
     """
     from hydroservo.errors import ScenarioError, short
-    from hydroservo.scenario.overrides import PATH
+    from hydroservo.scenario.layers import PATH
     from hydroservo.scenario.ranges import as_entries
 
     found: dict[str, str] = {}

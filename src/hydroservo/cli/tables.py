@@ -12,7 +12,7 @@ from hydroservo.field import CONTROLLED
 from hydroservo.show.terminal import show
 
 if TYPE_CHECKING:
-    from hydroservo.scenario.descriptions import Description
+    from hydroservo.scenario.keys import Description
     from hydroservo.testing import Answer
 
 

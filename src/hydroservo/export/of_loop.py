@@ -28,7 +28,7 @@ from hydroservo.export.parts import (
     block_of,
     with_its_substeps,
 )
-from hydroservo.export.prefix import checked_prefix, plain_title
+from hydroservo.export.texts import checked_prefix, plain_title
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
 from hydroservo.field import Field, declared_fields
 from hydroservo.language.names import place_in_c

@@ -11,7 +11,7 @@ from hydroservo.export.c.proof import proven_vectors
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.fmu import PARTS, check_clock, check_tools, checked_ending, write_fmu, write_ssp
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.prefix import default_prefix
+from hydroservo.export.texts import default_prefix
 from hydroservo.export.unit import FmiVersion, Part, Precision, Unit
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of

@@ -7,8 +7,8 @@ from typing import Any
 from hydroservo.block import leaves
 from hydroservo.errors import HydroservoError, ScenarioError
 from hydroservo.identification.result import Estimate
+from hydroservo.scenario.layers import nested
 from hydroservo.scenario.load import Assembly, Machine, assembled
-from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.truth import Value
 
 CLOSE = 1e-9  # relative difference that digits may make

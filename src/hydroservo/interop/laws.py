@@ -22,7 +22,7 @@ from hydroservo.interop.python_control import library
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_loop
-from hydroservo.scenario.overrides import nested
+from hydroservo.scenario.layers import nested
 
 Matrix = NDArray[np.float64]
 

@@ -2,8 +2,8 @@
 
 from hydroservo.scenario.catalogue import scenario_source, scenarios
 from hydroservo.scenario.datasheets import datasheet_columns
+from hydroservo.scenario.layers import parse_override
 from hydroservo.scenario.load import Assembly, assembled, load_scenario
-from hydroservo.scenario.overrides import parse_override
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.sampling import Drawn
 

@@ -13,7 +13,7 @@ from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles.saying import is_role
 from hydroservo.scenario.curves import curve_from
-from hydroservo.scenario.declared import check_maker, hints
+from hydroservo.scenario.fits import check_maker, hints
 from hydroservo.scenario.fmus import FMU, KEYS, fmu_class, names_fmu, own_keys
 from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.plugins import is_block_class, is_of_plugin

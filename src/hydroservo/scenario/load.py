@@ -17,7 +17,7 @@ from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Plant
 from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
 from hydroservo.scenario.build import Argument, Context, Draft, draft
-from hydroservo.scenario.declared import hints
+from hydroservo.scenario.fits import hints
 from hydroservo.scenario.fmus import names_fmu
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.other_tables import (

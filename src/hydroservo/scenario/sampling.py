@@ -1,8 +1,9 @@
-"""The runs of a batch: what is drawn for each of them, and one of them alone."""
+"""The runs of a batch: what is drawn for each, one of them alone, and loops that differ in one number."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from hashlib import sha256
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from hydroservo.runs.columns import SEED
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import complete
 from hydroservo.scenario.datasheets import columns_of
-from hydroservo.scenario.load import Assembly, Machine
+from hydroservo.scenario.load import Assembly, Machine, assembled, load_scenario
 from hydroservo.scenario.ranges import as_entries, both_ends, check_path
 from hydroservo.scenario.search import Search
 from hydroservo.scenario.tables import Entry
@@ -277,3 +278,31 @@ def uniform(seed: int, path: str, runs: int, first: int = 0) -> Numbers:
     philox = np.random.Philox(key=np.array([seed, stream], dtype=np.uint64), counter=block)
     bits = philox.random_raw(skipped + runs)[skipped:]
     return np.ldexp((bits >> np.uint64(11)).astype(np.float64), -53)
+
+
+def loops_over(
+    source: str,
+    path: str,
+    entry: Entry,
+    count: int,
+    changes: Mapping[str, object],
+    plugins: Sequence[Path],
+    load: Callable[[str, Mapping[str, object], Sequence[Path]], Loop] = load_scenario,
+) -> tuple[dict[float, Loop], str]:
+    """The loops of a scenario by values of a number, and its SI unit; a law believes what it believed.
+
+    Args:
+        source: the scenario.
+        path: the number's.
+        entry: the range over which its values are even.
+        count: how many.
+        changes: as :func:`~hydroservo.load_scenario` takes them.
+        plugins: likewise.
+        load: makes a loop, as :func:`~hydroservo.load_scenario` does.
+    """
+    whole = assembled(source, changes, plugins)
+    ends = variation(whole, path, entry)
+    field = whole.arguments[path].field if path in whole.arguments else field_at(whole.loop, path)
+    name = f"truth.{path}" if path.partition(".")[0] in Machine._fields else path
+    values = np.linspace(ends.low, ends.high, count).tolist()
+    return {value: load(source, {**changes, name: value}, plugins) for value in values}, field.unit

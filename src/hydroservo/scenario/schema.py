@@ -9,8 +9,7 @@ from hydroservo.loop import Loop
 from hydroservo.roles import Monitor
 from hydroservo.roles.saying import is_role
 from hydroservo.scenario.catalogue import builtin_texts
-from hydroservo.scenario.descriptions import summary
-from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of
+from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of, summary
 from hydroservo.scenario.other_tables import FULL_SCALE
 from hydroservo.scenario.records.series import curve_keys
 from hydroservo.scenario.registry import Maker, makers, makers_in_role

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from hydroservo.errors import ScenarioError, short
 from hydroservo.nearest import one_of
-from hydroservo.scenario.slips import toml_slip
+from hydroservo.scenario.quantities import toml_slip
 
 LAW = "controller"  # the table of a loop that holds what is tuned to one law
 DEEPEST = 16  # tables within tables

@@ -20,7 +20,7 @@ from hydroservo.runs.arguments import checked_loops, checked_mapping
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.tuned import Tuned
 from hydroservo.runs.tuning import Progress, searched
-from hydroservo.scenario.overrides import nested
+from hydroservo.scenario.layers import nested
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.task import Task, task_of, task_of_aim
 from hydroservo.wiring import wired

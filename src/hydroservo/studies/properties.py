@@ -109,7 +109,7 @@ def rounded(value: float) -> float:
 class OnTarget(NamedTuple):
     """The price of a law on its target: what one sample takes at most, and how much memory.
 
-    The numbers are those of :class:`~hydroservo.export.operations.Operations`, and None where there are none.
+    The numbers are those of :class:`~hydroservo.export.unit.Operations`, and None where there are none.
     """
 
     operations: Annotated[int | None, Field("", "operations with real numbers, all of the next five")] = None

@@ -15,8 +15,8 @@ from hydroservo.block import Block
 from hydroservo.metrics import judged_by
 from hydroservo.outputs import OutputError, staged
 from hydroservo.runs.fitting import signals_used
+from hydroservo.scenario.layers import nested
 from hydroservo.scenario.load import Machine
-from hydroservo.scenario.overrides import nested
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 from hydroservo.studies.asked import Kind, Law, Study

@@ -4,8 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hydroservo.scenario.declared import line_reached
-from hydroservo.scenario.fits import said_roles
+from hydroservo.scenario.fits import line_reached, said_roles
 from hydroservo.testing.case import Case, ContractError, case_of
 from hydroservo.testing.questions import QUESTIONS, Question, ask, behaviour
 

@@ -10,8 +10,7 @@ from hydroservo.block import Block
 from hydroservo.controlled import Velocity
 from hydroservo.plants import DesignModel
 from hydroservo.roles import Monitor
-from hydroservo.scenario.declared import file_of, line_of
-from hydroservo.scenario.fits import role_methods, roles_of, said_roles
+from hydroservo.scenario.fits import file_of, line_of, role_methods, roles_of, said_roles
 from hydroservo.testing.examples import EXAMPLES, example
 from hydroservo.wiring import with_model, with_signal
 

@@ -12,8 +12,7 @@ from hydroservo.roles import (
     Monitor,
 )
 from hydroservo.runs.returns import STATES
-from hydroservo.scenario.declared import line_of
-from hydroservo.scenario.fits import ROLES, a_role, check_said, misfit
+from hydroservo.scenario.fits import ROLES, a_role, check_said, line_of, misfit
 from hydroservo.scenario.units import check_si
 from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case, ContractError

@@ -3,8 +3,7 @@
 import math
 from pathlib import Path
 
-from hydroservo.export.operations import Operations
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import Operations, Unit
 from tools.targets.compilers import output
 from tools.targets.sources import Rows, width
 

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.export.c.misra import DEVIATIONS
 from hydroservo.export.unit import Unit
 from tools.targets.compilers import output
+from tools.targets.misra import DEVIATIONS
 from tools.targets.sources import write_unit
 
 TEMPLATE = "{file}:{line}:{column}:{id}:{message}"

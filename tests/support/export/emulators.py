@@ -4,7 +4,7 @@ import subprocess
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.export.platforms import TOOLCHAINS, Platform
+from hydroservo.export.compilers import TOOLCHAINS, Platform
 from tests.support.needs import needs
 
 PATIENCE = 120.0  # s

@@ -10,10 +10,10 @@ import numpy as np
 from fmpy import fmi2, fmi3
 from numpy.typing import NDArray
 
+from hydroservo.export.compilers import this_platform
 from hydroservo.export.fmu import FmiVersion
-from hydroservo.export.fmu.binaries import place_of
+from hydroservo.export.fmu.write import place_of
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.platforms import this_platform
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loads import Step
 from hydroservo.loop import Loop

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 from fmpy import fmi2, fmi3
 
+from hydroservo.export.compilers import this_platform
 from hydroservo.export.fmu import FmiVersion, write_fmu
-from hydroservo.export.fmu.binaries import place_of
-from hydroservo.export.platforms import this_platform
+from hydroservo.export.fmu.write import place_of
 from hydroservo.export.unit import Argument, Part, Signal, Unit
 from hydroservo.loop import Loop
 from tests.support.export.by_hand import by_hand

@@ -12,7 +12,7 @@ from typing import Any
 
 import fmpy
 
-from hydroservo.export.c.compiler import compiled
+from hydroservo.export.compilers import compiled
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from hydroservo.engine.state_text import record_of
 from hydroservo.export import parts
 from hydroservo.export.c.liveness import Needed, matters
-from hydroservo.export.c.primitives import bits, floats, wholes
-from hydroservo.export.operations import Operations
+from hydroservo.export.c.primitives import numbers
+from hydroservo.export.unit import Operations
 from hydroservo.language.terms import (
     REAL,
     Assign,
@@ -36,18 +36,18 @@ SIGNS = {
     **{sign: Operations(comparisons=1) for sign in ("<", "<=", ">", ">=", "==", "!=")},
 }
 WRITTEN = {
-    floats.ABSOLUTE: NONE,
-    floats.COPYSIGN: NONE,
-    floats.FMOD: Operations(functions=1),
-    wholes.MODULO: NONE,
-    wholes.QUOTIENT: NONE,
-    floats.FLOOR: Operations(additions=3, comparisons=2),
-    floats.ISFINITE: Operations(comparisons=1),
-    floats.ISNAN: Operations(comparisons=1),
-    floats.SQRT: Operations(roots=1, comparisons=1),
-    bits.EXPONENT: NONE,
-    bits.MANTISSA: NONE,
-    bits.SCALED_NUMBER: Operations(additions=1, multiplications=2),
+    numbers.ABSOLUTE: NONE,
+    numbers.COPYSIGN: NONE,
+    numbers.FMOD: Operations(functions=1),
+    numbers.MODULO: NONE,
+    numbers.QUOTIENT: NONE,
+    numbers.FLOOR: Operations(additions=3, comparisons=2),
+    numbers.ISFINITE: Operations(comparisons=1),
+    numbers.ISNAN: Operations(comparisons=1),
+    numbers.SQRT: Operations(roots=1, comparisons=1),
+    numbers.EXPONENT: NONE,
+    numbers.MANTISSA: NONE,
+    numbers.SCALED_NUMBER: Operations(additions=1, multiplications=2),
 }
 FUNCTIONS = {f"hydroservo.ops.{name}" for name in ("circular", "hyperbolic", "power")}
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, groupby
 
-from hydroservo.export.comments import WIDTH
+from hydroservo.export.texts import WIDTH
 
 INDENT = "    "
 KEPT = ("/*", " *", "#")  # what lines of comments and of the preprocessor begin with

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
 from hydroservo.export.c.vectors import Vectors
-from hydroservo.export.render import rendered
+from hydroservo.export.texts import rendered
 from hydroservo.export.unit import Signal, Unit
 from hydroservo.outputs import check_outputs, staged, write_text
 

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from hydroservo.errors import LoopError
-from hydroservo.export.c.compiler import CompilerError, compiled, compiler, ran
 from hydroservo.export.c.project import Proof, c_project
 from hydroservo.export.c.vectors import Vectors, made_vectors
+from hydroservo.export.compilers import CompilerError, compiled, compiler, ran
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
 from hydroservo.outputs import temporary_folder

@@ -11,7 +11,7 @@ from hydroservo.export.c.declared import declared_in, in_arguments, in_parameter
 from hydroservo.export.c.layout import INDENT, laid_out
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.writer import Ends, NamedConstant, Writer
-from hydroservo.export.comments import WIDTH, comment, in_comment
+from hydroservo.export.texts import WIDTH, comment, in_comment
 from hydroservo.export.unit import Part
 from hydroservo.field import Field
 from hydroservo.language.names import identifier

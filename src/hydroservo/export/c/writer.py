@@ -12,7 +12,7 @@ import numpy as np
 from hydroservo.errors import LoopError
 from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.liveness import Needed, matters
-from hydroservo.export.comments import comment, in_comment
+from hydroservo.export.texts import comment, in_comment
 from hydroservo.field import Field
 from hydroservo.language.names import identifier, numbered
 from hydroservo.language.terms import (

@@ -1,10 +1,10 @@
 """Exports as FMUs: FMI 2.0 and 3.0, co-simulation and model exchange; and whole loops as systems of them."""
 
-from hydroservo.export.fmu.interface import check_clock
+from hydroservo.export.compilers import Platform
+from hydroservo.export.fmu.contents import check_clock
 from hydroservo.export.fmu.ssp import PARTS, write_ssp
 from hydroservo.export.fmu.variables import variables_of
 from hydroservo.export.fmu.write import check_tools, checked_ending, write_fmu
-from hydroservo.export.platforms import Platform
 from hydroservo.export.unit import FmiVersion
 
 __all__ = [

@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export.fmu.units import base_unit
-from hydroservo.export.fmu.variables import Kind, Variable, variables_of
+from hydroservo.export.compilers import platforms_named
+from hydroservo.export.fmu.variables import Kind, Variable, base_unit, variables_of
 from hydroservo.export.fmu.write import checked_ending, fmu_content, pack
-from hydroservo.export.platforms import platforms_named
-from hydroservo.export.render import rendered
+from hydroservo.export.texts import rendered
 from hydroservo.export.unit import FmiVersion, Part, Unit
 from hydroservo.outputs import atomic_path
 

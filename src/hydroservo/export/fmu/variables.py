@@ -1,19 +1,52 @@
-"""The variables of an FMU: one for each number of an export, flat, with what FMI must know of it."""
+"""The variables of an FMU, flat, with their units, and on what each unknown depends."""
 
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
+from fractions import Fraction
 from typing import NamedTuple
 
 from hydroservo.errors import ParameterError
 from hydroservo.export.unit import INTEGRATED, RATES, Part, Signal, Unit
+from hydroservo.scenario.units import factor_and_dimension
 
+SYMBOLS = {  # and the size of pint's root unit in FMI's base unit
+    "gram": ("kg", Fraction(1, 1000)),
+    "meter": ("m", Fraction(1)),
+    "second": ("s", Fraction(1)),
+    "ampere": ("A", Fraction(1)),
+    "kelvin": ("K", Fraction(1)),
+    "mole": ("mol", Fraction(1)),
+    "candela": ("cd", Fraction(1)),
+    "radian": ("rad", Fraction(1)),
+}
 PLAIN = r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*"
 NAME = re.compile(rf"{PLAIN}|der\({PLAIN}\)", re.ASCII)  # FMI's structured names
 CLOCK = "sample"  # the name of a clock
 PERIOD = "period"  # the place of the sample period, in which steps are counted; it is compiled in
+
+
+def base_unit(text: str) -> Mapping[str, int | float] | None:
+    """The attributes of a unit's ``BaseUnit``: exponents, and the factor where it is not 1.
+
+    None where FMI cannot say it, as for m^(2/7), or where the text is no unit.
+    """
+    try:
+        factor, dimension = factor_and_dimension(text)
+    except ValueError:
+        return None
+    attributes: dict[str, int | float] = {}
+    for root, power in dimension.items():
+        if root not in SYMBOLS or power.denominator != 1:
+            return None
+        symbol, size = SYMBOLS[root]
+        attributes[symbol] = int(power)
+        factor *= size ** int(power)
+    if factor != 1:
+        attributes["factor"] = float(factor)
+    return attributes
 
 
 class Kind(Enum):
@@ -160,3 +193,80 @@ def parameter_kind(signal: Signal) -> Kind:
 def state_kind(unit: Unit, signal: Signal) -> Kind:
     """A controller's output is its command; of other units each number of the state is one."""
     return Kind.LOCAL if unit.command and signal.place != "u" else Kind.OUTPUT
+
+
+PARAMETERS = (Kind.FIXED, Kind.TUNABLE)
+
+
+class Unknown(NamedTuple):
+    """A variable that is computed.
+
+    Attributes:
+        variable: it.
+        knowns: the variables that it depends on; None says nothing, and so all of them.
+    """
+
+    variable: Variable
+    knowns: Sequence[Variable] | None
+
+    def dependencies(self, first_index: int) -> dict[str, str]:
+        """The attributes of its element, where variables are counted from an index."""
+        if self.knowns is None:
+            return {}
+        return {
+            "dependencies": " ".join(str(one.reference + first_index) for one in self.knowns),
+            "dependenciesKind": " ".join("dependent" for _ in self.knowns),
+        }
+
+
+class Structure(NamedTuple):
+    """The unknowns of an FMU, after the initialization and in it."""
+
+    outputs: Sequence[Unknown]
+    rates: Sequence[Unknown]
+    initial: Sequence[Unknown]
+
+
+def structure_of(unit: Unit, variables: Sequence[Variable], clock: Variable | None) -> Structure:
+    """What depends on what.
+
+    A controller answers its inputs at once. The outputs of a machine, a demand and a loop change in steps
+    alone. Of equations, the rates depend on all there is, and the outputs on the state or the time alone.
+    """
+    rates = [one for one in variables if one.kind is Kind.RATE]
+    outputs = [one for one in variables if one.causality == "output"]
+    if clock is not None:  # before its first tick there is nothing to find
+        ticking = [Unknown(one, [clock, *direct_knowns(unit, variables, one)]) for one in outputs]
+        return Structure(ticking, rates=[], initial=[])
+    return Structure(
+        outputs=[Unknown(one, list(direct_knowns(unit, variables, one))) for one in outputs],
+        rates=[Unknown(one, None) for one in rates],
+        initial=[
+            Unknown(one, initial_knowns(unit, variables, one))
+            for one in variables
+            if one.kind is Kind.RATE or one.causality == "output"
+        ],
+    )
+
+
+def direct_knowns(unit: Unit, variables: Sequence[Variable], output: Variable) -> Iterator[Variable]:
+    """What an output depends on after the initialization, without a step between."""
+    if unit.command:
+        yield from (one for one in variables if one.kind is Kind.INPUT)
+    elif output.kind is Kind.INTEGRATED:
+        yield output
+    elif unit.part is Part.EQUATIONS and output.name.startswith("load."):
+        yield from (one for one in variables if one.kind is Kind.TIME)
+    elif unit.part is Part.EQUATIONS:
+        yield from (one for one in variables if one.kind is Kind.INTEGRATED)
+
+
+def initial_knowns(unit: Unit, variables: Sequence[Variable], unknown: Variable) -> Sequence[Variable] | None:
+    """What an unknown depends on in the initialization.
+
+    A machine's initial outputs come from parameters alone; a tool that does not know so may see an algebraic
+    loop between two units. A unit without arguments is in no such loop, and nothing is said of its unknowns.
+    """
+    answers = unit.command or unknown.kind is Kind.RATE
+    kinds = (*PARAMETERS, Kind.INPUT) if answers else PARAMETERS
+    return [one for one in variables if one.kind in kinds] or None if unit.arguments else None

@@ -21,8 +21,8 @@ from hydroservo.identification.segments import Understood
 from hydroservo.identification.written import tables_or_remark
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
+from hydroservo.scenario.layers import nested
 from hydroservo.scenario.load import Assembly, assembled
-from hydroservo.scenario.overrides import nested
 
 
 class Kind(StrEnum):

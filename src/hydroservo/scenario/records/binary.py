@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import HydroservoError, ScenarioError, require
 from hydroservo.inputs import check_regular
 from hydroservo.outputs import temporary_folder
-from hydroservo.scenario.records.columns import TIME, Choose, Column, Record, Samples
-from hydroservo.scenario.records.headers import Header, header_of
+from hydroservo.scenario.records.columns import TIME, Choose, Column, Header, Record, Samples, header_of
 
 TABLE_PROCESS = Path(__file__).with_name("table_process.py")
 MOST_READ = 1 << 30  # bytes of the columns that are chosen

@@ -7,19 +7,21 @@ from typing import NamedTuple
 
 from hydroservo.errors import ScenarioError
 from hydroservo.inputs import read_record_text
-from hydroservo.scenario.records.clock import is_instant
-from hydroservo.scenario.records.decimals import Decimals, is_missing, number
-from hydroservo.scenario.records.headers import Header, header_of, is_unit
-from hydroservo.scenario.records.rows import (
+from hydroservo.scenario.records.cells import (
     BLANKS,
     COMMA,
     DELIMITERS,
+    Decimals,
     filled_cells,
     is_comment,
+    is_instant,
+    is_missing,
+    number,
     numbered_lines,
     numbered_rows,
     split_line,
 )
+from hydroservo.scenario.records.columns import Header, header_of, is_unit
 
 HEAD = 256  # lines, in which the first rows must be
 COMMENT_SIGNS = "#%/! \t"

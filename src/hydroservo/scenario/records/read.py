@@ -9,9 +9,8 @@ import numpy as np
 from hydroservo.errors import ScenarioError, short
 from hydroservo.inputs import exists
 from hydroservo.scenario.records.binary import BINARY, read_binary_columns
-from hydroservo.scenario.records.clock import Clock
+from hydroservo.scenario.records.cells import Clock, Decimals, is_missing
 from hydroservo.scenario.records.columns import TIME, Choose, Column, Record
-from hydroservo.scenario.records.decimals import Decimals, is_missing
 from hydroservo.scenario.records.layout import text_table
 
 LARGEST = 512 << 20  # bytes

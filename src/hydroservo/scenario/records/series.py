@@ -16,13 +16,14 @@ from hydroservo.scenario.records.columns import (
     TIME,
     Column,
     ColumnSource,
+    Header,
     column_choices,
     column_offset,
     find_header,
+    name_and_unit,
     scale_advice,
     scaled_column,
 )
-from hydroservo.scenario.records.headers import Header, name_and_unit
 from hydroservo.scenario.records.read import read_columns
 from hydroservo.scenario.tables import Table
 from hydroservo.time_series import TimeSeries

@@ -7,35 +7,32 @@ from typing import Any
 from hydroservo import states
 from hydroservo.engine import state_text
 from hydroservo.export import parts
-from hydroservo.export.c.primitives import bits, floats, linear, wholes
-from hydroservo.export.c.primitives.infinite import infinite
-from hydroservo.export.c.primitives.random import drawn
+from hydroservo.export.c.primitives import numbers
+from hydroservo.export.c.primitives.states import drawn, factored, infinite, solved
 from hydroservo.language import remainders
 from hydroservo.language.terms import Function, Translator, Type
 from hydroservo.ops import basic, binary, random
 
-__all__ = ["WRITTEN"]
-
 # What a Python function becomes: the same for all arguments, or made for their types.
 NUMBERS = {
-    basic.absolute: floats.ABSOLUTE,
-    basic.copysign: floats.COPYSIGN,
-    basic.floor: floats.FLOOR,
-    basic.isfinite: floats.ISFINITE,
-    basic.isnan: floats.ISNAN,
-    basic.sqrt: floats.SQRT,
-    math.fmod: floats.FMOD,
-    remainders.whole_modulo: wholes.MODULO,
-    remainders.whole_quotient: wholes.QUOTIENT,
-    binary.exponent: bits.EXPONENT,
-    binary.mantissa: bits.MANTISSA,
-    binary.scaled: bits.SCALED_NUMBER,
+    basic.absolute: numbers.ABSOLUTE,
+    basic.copysign: numbers.COPYSIGN,
+    basic.floor: numbers.FLOOR,
+    basic.isfinite: numbers.ISFINITE,
+    basic.isnan: numbers.ISNAN,
+    basic.sqrt: numbers.SQRT,
+    math.fmod: numbers.FMOD,
+    remainders.whole_modulo: numbers.MODULO,
+    remainders.whole_quotient: numbers.QUOTIENT,
+    binary.exponent: numbers.EXPONENT,
+    binary.mantissa: numbers.MANTISSA,
+    binary.scaled: numbers.SCALED_NUMBER,
 }
 MADE = {
     random.drawn: drawn,
     **state_text.TRANSLATED,
-    states.factored: linear.factored,
-    states.solved: linear.solved,
+    states.factored: factored,
+    states.solved: solved,
     parts.infinite: infinite,
 }
 

@@ -1,12 +1,14 @@
-"""Linear systems of equations, as in ``states``: split into triangles once, then solved."""
+"""Functions of whole states: the test for infinite numbers, linear systems, random numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from hydroservo import states
 from hydroservo.engine.state_text import record_of
-from hydroservo.export.c.primitives.kinds import leaf_places
 from hydroservo.export.c.writer import Writer
-from hydroservo.language.terms import REAL, Function, Matrix, Translator, Type
+from hydroservo.language.names import identifier
+from hydroservo.language.scope import TranslationError
+from hydroservo.language.terms import BOOL, REAL, Function, Known, Matrix, Record, Translator, Type
+from hydroservo.ops import random
 
 FACTORED = """\
 /* The matrix 1/h - J from forward differences, split into triangles; its diagonal holds reciprocals. */
@@ -43,6 +45,79 @@ static {matrix} {name}({given}) {{
     return result;
 }}
 """
+WHOLE_TEXT = """\
+/* A whole number from 0 to 2^64 as one; 0 for all that is none. */
+static uint64_t ops_whole(double x) {
+    return ((x >= 0.0) && (x < 18446744073709551616.0)) ? (uint64_t)x : 0U;
+}
+"""
+WHOLE = Function("ops_whole", [("x", REAL)], written=lambda _: WHOLE_TEXT)
+
+DRAWN = """\
+/* Two numbers drawn evenly from [0, 1), from the four words of one draw: Philox4x32-10. */
+static {pair} {name}(double seed, double stream, double at) {{
+    const uint64_t sample = ops_whole(at);
+    const uint64_t run = ops_whole(seed);
+    uint32_t a = (uint32_t)sample;
+    uint32_t b = (uint32_t)(sample >> 32);
+    uint32_t c = (uint32_t)ops_whole(stream);
+    uint32_t d = {kind}U;
+    uint32_t k = (uint32_t)run;
+    uint32_t q = (uint32_t)(run >> 32);
+    for (int32_t i = 0; i < {rounds}; i++) {{
+        const uint64_t first = (uint64_t){first}U * a;
+        const uint64_t second = (uint64_t){second}U * c;
+        a = ((uint32_t)(second >> 32) ^ b) ^ k;
+        b = (uint32_t)second;
+        c = ((uint32_t)(first >> 32) ^ d) ^ q;
+        d = (uint32_t)first;
+        k += {key}U;
+        q += {other_key}U;
+    }}
+    return ({pair}){{
+        .first = (((double)(a >> 5) * 67108864.0) + (double)(b >> 6)) * {scale!r},
+        .second = (((double)(c >> 5) * 67108864.0) + (double)(d >> 6)) * {scale!r},
+    }};
+}}
+"""
+
+
+def known_of(kind: Type) -> int:
+    """A whole number that is part of the code."""
+    if not (isinstance(kind, Known) and isinstance(kind.value, int)):
+        raise TranslationError("the kind of a random number is part of the code, not a signal")
+    return kind.value
+
+
+def leaf_places(record: Record, place: str = "") -> Iterator[str]:
+    """The place of each number of a record, whether it is needed or not."""
+    for name, kind in record.fields.items():
+        if isinstance(kind, Record):
+            yield from leaf_places(kind, f"{place}{identifier(name)}.")
+        else:
+            yield place + identifier(name)
+
+
+def infinite(translator: Translator, arguments: Sequence[Type]) -> Function:
+    """``parts.infinite`` for records of one type."""
+    (state,) = arguments
+    record = record_of(state)
+    parameters: list[tuple[str, Type]] = [("s", record)]
+    name = translator.function_name("infinite")
+
+    def text(writer: Writer) -> str:
+        size, infinity = ("fabsf", "INFINITY") if writer.real == "float" else ("fabs", "(double)INFINITY")
+        tests = [f"({size}(s->{place}) == {infinity})" for place in writer.leaves(record)]
+        lines = [
+            "/* True if any number is infinite. */",
+            f"static bool {name}({writer.signature(parameters)}) {{",
+            f"    return {' || '.join(tests)};",
+            "}",
+            "",
+        ]
+        return "\n".join(lines)
+
+    return Function(name, parameters, returns=BOOL, written=text, whole=(record,))
 
 
 def factored(translator: Translator, arguments: Sequence[Type]) -> Function:
@@ -121,3 +196,27 @@ def solved(translator: Translator, arguments: Sequence[Type]) -> Function:
 
     parameters = [("matrix", matrix), ("k", record)]
     return Function(name, parameters, returns=record, written=text, whole=(record,))
+
+
+def drawn(translator: Translator, arguments: Sequence[Type]) -> Function:
+    """``ops.random.drawn`` for one kind of numbers."""
+    *numbers, last = arguments
+    kind = known_of(last)
+    pair = translator.record(None, {"first": REAL, "second": REAL}, "pair")
+    name = translator.function_name("ops_drawn")
+
+    def text(writer: Writer) -> str:
+        return DRAWN.format(
+            pair=writer.type(pair),
+            name=name,
+            kind=kind,
+            rounds=random.ROUNDS,
+            first=random.MULTIPLIERS[0],
+            second=random.MULTIPLIERS[1],
+            key=random.KEY_STEPS[0],
+            other_key=random.KEY_STEPS[1],
+            scale=2.0**-53,
+        )
+
+    parameters = list(zip(("seed", "stream", "at"), numbers, strict=True))
+    return Function(name, parameters, returns=pair, written=text, calls=(WHOLE,), whole=(pair,))
