@@ -103,8 +103,7 @@ def plot(results: "Runs | Records", metric: str | None = None) -> "Plot":
     """
     from hydroservo.figures.batch import plot_batch
     from hydroservo.figures.bode import plot_bode
-    from hydroservo.figures.comparison import plot_comparison
-    from hydroservo.figures.run import plot_run
+    from hydroservo.figures.run import plot_comparison, plot_run
 
     if runs := several(results):
         return plot_comparison([*runs.values()], [*runs])

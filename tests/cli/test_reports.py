@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from hydroservo import load_scenario, simulate
-from hydroservo.figures.comparison import plot_comparison
+from hydroservo.figures.run import plot_comparison
 from hydroservo.figures.style import fit_width, style
 from hydroservo.show.latex import label
 from hydroservo.show.numbers import foreign_files

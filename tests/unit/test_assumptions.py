@@ -11,8 +11,7 @@ from hydroservo import load_scenario
 from hydroservo.assumptions import Assumption, Peak, above, below, near, per_second
 from hydroservo.audits.audited import Asked, asked
 from hydroservo.audits.facts import LoopFacts
-from hydroservo.audits.largest import CommandPeaksValues
-from hydroservo.audits.lumped import LumpedValues
+from hydroservo.audits.lumped import CommandPeaksValues, LumpedValues
 from hydroservo.block import model_in
 from hydroservo.controllers import PI
 from hydroservo.runs.run import ready

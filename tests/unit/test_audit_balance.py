@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hydroservo.audits.balance import limit_cycles
-from hydroservo.audits.chatter import chatter_of
+from hydroservo.audits.chatter import chatter_of, limit_cycles
 from hydroservo.audits.describing import Describing, limited
 from hydroservo.audits.tone import swing
 

@@ -8,9 +8,9 @@ import hydroservo as hs
 from hydroservo.audits import Audit, Chatter
 from hydroservo.audits.causes import CAUSES
 from hydroservo.audits.facts import facts_of
+from hydroservo.audits.finding import verdicts
 from hydroservo.audits.strain import Strain, strain, strain_monitors
 from hydroservo.audits.sustained import OSCILLATION, Remains, Sustained, sustained
-from hydroservo.audits.verdicts import verdicts
 from hydroservo.loop import Loop
 from hydroservo.show import Mark
 from tests.support.brink import at_the_brink

@@ -4,7 +4,7 @@ import pytest
 from matplotlib.backends import backend_pgf
 from matplotlib.figure import Figure
 
-from hydroservo.figures.pgf import drawn_by_latex
+from hydroservo.figures.style import drawn_by_latex
 
 
 class Recorder:

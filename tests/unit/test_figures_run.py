@@ -12,11 +12,19 @@ from hypothesis import strategies as st
 import hydroservo
 from hydroservo import HydroservoError, Simulation, controllers
 from hydroservo.controllers import PI, TSMC
-from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison, remark
-from hydroservo.figures.panels import Curve, Panel, axis_unit, beyond, enlarged, panel_limits
-from hydroservo.figures.run import plot_run
+from hydroservo.figures.panels import (
+    Curve,
+    Panel,
+    axis_unit,
+    beyond,
+    enlarged,
+    length_shown,
+    observer_path,
+    panel_limits,
+    trace_of,
+)
+from hydroservo.figures.run import distinct_colours, literal, plot_comparison, plot_run, remark
 from hydroservo.figures.style import COLOURS, PALETTE, figure, style
-from hydroservo.figures.trace import length_shown, observer_path, trace_of
 from hydroservo.loop import Loop
 from hydroservo.plants import Cylinder
 from hydroservo.references import Square
@@ -104,7 +112,7 @@ import sys
 import numpy as np
 import xarray as xr
 from hydroservo.figures.batch import plot_batch
-from hydroservo.figures.comparison import plot_comparison
+from hydroservo.figures.run import plot_comparison
 from hydroservo.figures.panels import axis_unit
 from hydroservo.figures.run import plot_run
 names = ("reference.value", "controlled.value", "controller.u")

@@ -10,15 +10,28 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
-from hydroservo.figures.studies.distance import Distance, plot_distance
 from hydroservo.figures.studies.factorial import Combination, FactorShare, plot_factorial
-from hydroservo.figures.studies.forest import LESS, MORE, TIE, RatioLine, in_brackets, plot_forest
-from hydroservo.figures.studies.fronts import FrontLine, FrontPanel, plot_fronts
+from hydroservo.figures.studies.forest import (
+    LESS,
+    MORE,
+    TIE,
+    Distance,
+    RatioLine,
+    in_brackets,
+    plot_distance,
+    plot_forest,
+)
+from hydroservo.figures.studies.fronts import (
+    FrontLine,
+    FrontPanel,
+    TargetPoint,
+    plot_fronts,
+    plot_target,
+    staircase,
+)
 from hydroservo.figures.studies.grid import Axis, Grid, Level, Place
-from hydroservo.figures.studies.looks import family_colours, round_ticks
+from hydroservo.figures.studies.looks import Named, family_colours, name_points, round_ticks
 from hydroservo.figures.studies.map import HATCH, Winner, plot_map, shade
-from hydroservo.figures.studies.names import Named, name_points
-from hydroservo.figures.studies.target import TargetPoint, plot_target, staircase
 from hydroservo.formatting import NONE
 
 FAMILIES = ["LQ", "PI", "TSMC"]

@@ -15,11 +15,16 @@ from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Judgement, Out
 from hydroservo.papers.tsmc_eha_2021.conditions import LITERAL, REPRODUCED, Condition, Run, all_runs, runs_of
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES
 from hydroservo.papers.tsmc_eha_2021.report.folder import report_files, write_report
-from hydroservo.papers.tsmc_eha_2021.report.overview import draw_overview, shares
-from hydroservo.papers.tsmc_eha_2021.report.reasons import worst_case
-from hydroservo.papers.tsmc_eha_2021.report.tables import best
-from hydroservo.papers.tsmc_eha_2021.report.typeset import symbols
-from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, cells, colour_class, draw_map
+from hydroservo.papers.tsmc_eha_2021.report.names import symbols
+from hydroservo.papers.tsmc_eha_2021.report.tables import best, worst_case
+from hydroservo.papers.tsmc_eha_2021.report.verdict_map import (
+    BINS,
+    cells,
+    colour_class,
+    draw_map,
+    draw_overview,
+    shares,
+)
 from hydroservo.papers.tsmc_eha_2021.study import Study, judged, metrics_table
 from hydroservo.papers.tsmc_eha_2021.study import verdicts as judge
 from hydroservo.show.numbers import foreign_files
@@ -66,7 +71,7 @@ def folder(study, tmp_path_factory):
 
 def two_figures(patch):
     patch.setattr(f"{REPORT}.figures.FIGURES", FIGURES[:2])
-    patch.setattr(f"{REPORT}.page.FIGURES", FIGURES[:2])
+    patch.setattr(f"{REPORT}.folder.FIGURES", FIGURES[:2])
 
 
 def contents(folder):

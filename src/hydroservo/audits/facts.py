@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from hydroservo.assumptions import Peak
 from hydroservo.audits.describing import limit_of
-from hydroservo.audits.largest import CommandPeaks, CommandPeaksValues
-from hydroservo.audits.lumped import Lumped, LumpedValues
+from hydroservo.audits.lumped import CommandPeaks, CommandPeaksValues, Lumped, LumpedValues
 from hydroservo.block import Block, model_in, values
 from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import ParameterError

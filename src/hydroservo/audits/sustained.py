@@ -5,7 +5,6 @@ from contextlib import suppress
 from typing import Annotated, Any, NamedTuple
 
 from hydroservo.audits.causes import CAUSES, Cause
-from hydroservo.audits.later import LaterDemand, LaterLoad
 from hydroservo.audits.tone import swing
 from hydroservo.block import Field, leaves
 from hydroservo.controlled import Command
@@ -14,8 +13,10 @@ from hydroservo.group import nested
 from hydroservo.loop import Loop
 from hydroservo.monitors import Oscillation
 from hydroservo.monitors.oscillation import END
+from hydroservo.roles import Load, Reference, role
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import ready, simulate
+from hydroservo.signals import Demand
 from hydroservo.starts import AsBuilt
 from hydroservo.wiring import wired
 
@@ -23,6 +24,39 @@ OSCILLATION = Oscillation()
 LOST = 0.7  # of its amplitude, by which an oscillation has died out
 LONGER = 4.0  # times its duration, for which a loop is run that is too short to tell
 CYCLES = 1000.0  # for which a loop goes on at the most
+
+
+@role(Reference)
+class LaterDemand(NamedTuple):
+    """A demand that begins where another is at an instant: r(t + t_0).
+
+    Source: a definition.
+    Fails where it is asked for an instant before 0.
+    """
+
+    reference: Reference
+    begins: Annotated[float, Field("s", "the instant t_0", at_least=0)]
+
+    def at(self, t: float) -> Demand:
+        return self.reference.at(t + self.begins)
+
+
+@role(Load)
+class LaterLoad(NamedTuple):
+    """A load that begins where another is at an instant: F(t + t_0).
+
+    Source: a definition.
+    Fails where it is asked for an instant before 0.
+    """
+
+    load: Load
+    begins: Annotated[float, Field("s", "the instant t_0", at_least=0)]
+
+    def force(self, t: float) -> float:
+        return self.load.force(t + self.begins)
+
+    def next_jump(self, t: float) -> float:
+        return self.load.next_jump(t + self.begins) - self.begins
 
 
 class Remains(NamedTuple):

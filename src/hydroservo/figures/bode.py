@@ -1,9 +1,9 @@
-"""The picture of a loop's frequency responses: from its linear model, and measured."""
+"""The pictures of a linear model: its frequency responses, beside measured ones, and its poles."""
 
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,9 @@ from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
 from hydroservo.formatting import quantity
 from hydroservo.linear.reading import READ, read_as
 
+if TYPE_CHECKING:
+    from hydroservo.linear import Linearization
+
 Response = NDArray[np.complex128]
 Values = NDArray[np.float64]
 
@@ -31,6 +34,10 @@ PREFIXES = {1e6: "M", 1e3: "k", 1.0: "", 1e-3: "m", 1e-6: "µ", 1e-9: "n", 1e-12
 DOTS = {"simulation": 9.0, "log": 3.0}  # their areas [pt^2]
 HALF = 10.0  # degrees by which a rise of half a turn counts as a fall
 QUARTER = 90.0  # degrees between ticks
+POLES_HEIGHT = 3.4  # inch
+DAMPING = (0.1, 0.3, 0.5, 0.7)  # of the lines that are drawn
+MARGIN = 1.15  # of an axis, beyond the outermost pole
+FAINT = {"color": GREY, "linewidth": 0.6, "linestyle": ":", "zorder": 1}
 
 
 class Column(NamedTuple):
@@ -245,3 +252,52 @@ def legend(fig: Figure, data: xr.Dataset) -> None:
         handles.append(Line2D([], [], color=GREY, linestyle=":"))
         labels.append("command held")
     fig.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 6))
+
+
+def plot_poles(model: "Linearization") -> Plot:
+    """The poles of a linear model, with lines of equal damping; those that are not stable are red.
+
+    In continuous time s = -zeta w ± j w sqrt(1 - zeta^2); of a sampled model z = e^(s h), inside the unit
+    circle where it is stable.
+
+    Args:
+        model: what :func:`~hydroservo.linearize` returned.
+    """
+    with style():
+        fig = figure(POLES_HEIGHT, width=1.3 * POLES_HEIGHT)
+        axis = fig.subplots()
+        poles = model.poles
+        lost = np.abs(poles) > 1.0 if model.period else poles.real > 0.0
+        (draw_z_plane if model.period else draw_s_plane)(axis, poles)
+        for which, colour in ((~lost, PALETTE[0]), (lost, PALETTE[1])):
+            axis.plot(poles.real[which], poles.imag[which], "x", color=colour, markeredgewidth=1.6)
+        axis.set_title(f"poles of the {model.unit}", loc="left")
+    return fig
+
+
+def draw_s_plane(axis: Axes, poles: np.ndarray) -> None:
+    """Axes through s = 0, and rays of equal damping."""
+    reach = MARGIN * float(np.abs(poles).max(initial=0.0)) or 1.0
+    for zeta in DAMPING:
+        x, y = -zeta * reach, reach * np.sqrt(1.0 - zeta**2)
+        for sign in (1.0, -1.0):
+            axis.plot([0.0, x], [0.0, sign * y], **FAINT)  # type: ignore[arg-type]
+        axis.annotate(f"{zeta:g}", (x, y), color=GREY, fontsize=7, ha="right", va="bottom")
+    axis.axvline(0.0, color=GREY, linewidth=0.8)
+    right = MARGIN * max(float(poles.real.max(initial=0.0)), 0.1 * reach)
+    axis.set(xlim=(-MARGIN * reach, right), ylim=(-MARGIN * reach, MARGIN * reach))
+    axis.set(xlabel="Re s [1/s]", ylabel="Im s [rad/s]")
+
+
+def draw_z_plane(axis: Axes, poles: np.ndarray) -> None:
+    """The unit circle, and curves of equal damping inside it."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    axis.plot(np.cos(turn), np.sin(turn), color=GREY, linewidth=0.8)
+    angle = np.linspace(0.0, np.pi, 181)
+    for zeta in DAMPING:
+        z = np.exp((-zeta / np.sqrt(1.0 - zeta**2) + 1j) * angle)
+        for half in (z, z.conj()):
+            axis.plot(half.real, half.imag, **FAINT)  # type: ignore[arg-type]
+        axis.annotate(f"{zeta:g}", (z[60].real, z[60].imag), color=GREY, fontsize=7, ha="center")
+    reach = MARGIN * max(1.0, float(np.abs(poles).max(initial=0.0)))
+    axis.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="Re z", ylabel="Im z", aspect="equal")

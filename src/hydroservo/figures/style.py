@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 from cycler import cycler
@@ -17,10 +17,11 @@ from matplotlib.legend import Legend
 from matplotlib.text import Text
 
 from hydroservo.errors import ParameterError
-from hydroservo.figures.pgf import drawn_by_latex
 from hydroservo.outputs import atomic_path
 from hydroservo.show.journal import TEX, Size
+from hydroservo.show.latex import escaped, label
 
+MEASURED: Literal["center_baseline"] = "center_baseline"  # of numbers at an axis
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 COLOURS = {  # of controllers by their type, and of the demand
@@ -76,6 +77,49 @@ RC: Any = {
     "savefig.dpi": RESOLUTION,
     "svg.hashsalt": "hydroservo",
 }
+
+
+@contextmanager
+def drawn_by_latex(fig: Figure) -> Iterator[None]:
+    """Inside, a figure that is saved as PGF needs nothing of LaTeX but ``pgf``.
+
+    Matplotlib's own PGF needs commands of its own and the package ``underscore`` in the paper, leaves &, #
+    and signs like a superscript five to LaTeX, which refuses them, and sets the numbers at an axis where they
+    would end in the font that they were measured in, whatever the paper's.
+    """
+    from matplotlib.backends import backend_pgf
+
+    usual = backend_pgf.RendererPgf
+
+    class Renderer(usual):  # type: ignore[misc, valid-type]
+        """Draws with text that LaTeX takes."""
+
+        def draw_text(
+            self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, **options: Any
+        ) -> None:
+            shown = label(s) if options.get("ismath") else escaped(s)
+            usual.draw_text(self, gc, x, y, shown, prop, angle, **options)  # type: ignore[no-untyped-call]
+
+        def get_text_width_height_descent(self, s: str, prop: Any, ismath: Any) -> Any:
+            shown = label(s) if ismath else escaped(s)
+            return usual.get_text_width_height_descent(self, shown, prop, ismath)  # type: ignore[no-untyped-call]
+
+    fig.draw_without_rendering()  # ticks are there only then
+    measured = [one for one in fig.findobj(Text) if by_its_size(one)]
+    for one in measured:
+        one.set_verticalalignment("center")
+    backend_pgf.RendererPgf = Renderer  # type: ignore[misc]
+    try:
+        yield
+    finally:
+        backend_pgf.RendererPgf = usual  # type: ignore[misc]
+        for one in measured:
+            one.set_verticalalignment(MEASURED)
+
+
+def by_its_size(text: Any) -> bool:
+    """Whether a text is placed by its measured size and not by its anchor."""
+    return bool(text.get_verticalalignment() == MEASURED)
 
 
 @contextmanager

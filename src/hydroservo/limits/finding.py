@@ -64,7 +64,7 @@ def limits_table(limits: "Limits") -> Table:
 
 
 def drawn(limits: "Limits") -> "Plot":
-    from hydroservo.figures.comparison import plot_comparison
+    from hydroservo.figures.run import plot_comparison
 
     return plot_comparison([*limits], [*limits._fields])
 

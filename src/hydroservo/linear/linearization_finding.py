@@ -49,7 +49,7 @@ def linearization_finding(
 
 
 def drawn(model: "Linearization") -> "Plot":
-    from hydroservo.figures.poles import plot_poles
+    from hydroservo.figures.bode import plot_poles
 
     return plot_poles(model)
 

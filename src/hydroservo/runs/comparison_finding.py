@@ -56,7 +56,7 @@ def comparison_finding(
 
 
 def drawn(runs: "Sequence[xr.Dataset]", labels: Sequence[str]) -> "Plot":
-    from hydroservo.figures.comparison import plot_comparison
+    from hydroservo.figures.run import plot_comparison
 
     return plot_comparison(runs, labels)
 

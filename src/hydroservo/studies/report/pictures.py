@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.figures.studies.distance import Distance, plot_distance
 from hydroservo.figures.studies.factorial import Combination, FactorShare, plot_factorial
-from hydroservo.figures.studies.forest import RatioLine, plot_forest
-from hydroservo.figures.studies.fronts import FrontLine, FrontPanel, plot_fronts
+from hydroservo.figures.studies.forest import Distance, RatioLine, plot_distance, plot_forest
+from hydroservo.figures.studies.fronts import FrontLine, FrontPanel, TargetPoint, plot_fronts, plot_target
 from hydroservo.figures.studies.map import Winner, plot_map
-from hydroservo.figures.studies.target import TargetPoint, plot_target
 from hydroservo.show import Picture
 from hydroservo.studies.fronts import FrontPoint
 from hydroservo.studies.pareto import on_front

@@ -6,19 +6,20 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from hydroservo.figures.panels import Curve, Panel, panel_figure
+from hydroservo.figures.panels import Curve, Panel, Samples, Trace, panel_figure, trace_of
 from hydroservo.figures.style import COLOURS, Plot, style
-from hydroservo.figures.trace import Samples, Trace, trace_of
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS
 from hydroservo.papers.tsmc_eha_2021.report.captions import (
     CAPTIONS,
+    CLOSE,
+    SHORT,
+    WHOLE,
     seen_errors,
     seen_estimates,
     seen_surfaces,
     seen_velocities,
 )
 from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, Trajectories
-from hydroservo.papers.tsmc_eha_2021.report.windows import CLOSE, SHORT, WHOLE
 from hydroservo.papers.tsmc_eha_2021.study import Progress
 from hydroservo.show.page import write_figure
 

@@ -2,23 +2,88 @@
 
 import hashlib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from hydroservo.formatting import quantity
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.outputs import staged, write_text
 from hydroservo.papers import tsmc_eha_2021 as paper
+from hydroservo.papers.tsmc_eha_2021 import conditions
+from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS, DEMANDS
+from hydroservo.papers.tsmc_eha_2021.errata import ERRATA
+from hydroservo.papers.tsmc_eha_2021.machine import COMMAND_LIMIT, DURATION
+from hydroservo.papers.tsmc_eha_2021.report import tables, theory
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES, draw_figures
-from hydroservo.papers.tsmc_eha_2021.report.names import FLAGS
-from hydroservo.papers.tsmc_eha_2021.report.overview import draw_overview
-from hydroservo.papers.tsmc_eha_2021.report.page import page
-from hydroservo.papers.tsmc_eha_2021.report.verdict_map import draw_map
+from hydroservo.papers.tsmc_eha_2021.report.names import FLAGS, Trajectories, condition_name, symbols
+from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, FILLS, draw_map, draw_overview
 from hydroservo.papers.tsmc_eha_2021.study import Progress, Study
 from hydroservo.runs.results import metrics_csv, save
 from hydroservo.show.numbers import METRICS, write_metrics
-from hydroservo.show.page import write_figure
+from hydroservo.show.page import address, environment, write_figure
+
+if TYPE_CHECKING:
+    import jinja2
 
 REPORT = "report.html"
+
+
+def page(study: Study, out: Path, fingerprint: str) -> str:
+    """The report's HTML.
+
+    Args:
+        study: what is reported.
+        out: the folder that holds the figures and pictures of verdicts as SVG.
+        fingerprint: names the results.
+    """
+    data = study.trajectories
+    return template().render(
+        paper=paper,
+        version=next(iter(data.values())).attrs["version"],
+        fingerprint=fingerprint,
+        scenarios=[{"name": f"paper/{name}", "hash": one.attrs["hash"]} for name, one in data.items()],
+        grid=tables.grid(),
+        runs=len(study.outcomes),
+        duration=quantity(DURATION, "s"),
+        limit=quantity(COMMAND_LIMIT.limit, "V"),
+        step=f"{1e6 * conditions.STEP:g} µs",
+        summary=tables.summary(study),
+        reproduced=", ".join(condition_name(conditions.REPRODUCED)),
+        literal=", ".join(condition_name(conditions.LITERAL)),
+        overview=address(out / "overview.svg"),
+        map=address(out / "verdicts.svg"),
+        verdicts=tables.verdict_rows(study),
+        figures=figures(data, out),
+        metrics=tables.metric_rows(data),
+        stroke=tables.stroke(study),
+        errata=ERRATA,
+        bounds=theory.bound_rows(data),
+        gains=theory.gain_rows(data),
+        decreases=theory.decrease_rows(data),
+        least_xi2=quantity(theory.LEAST_XI2, "m/s^2"),
+        fills=list(zip(FILLS, BINS, strict=True)),
+        claims=CLAIMS,
+        ratios=tables.ratio_rows(study),
+        listed=tables.listed_rows(study),
+    )
+
+
+def template() -> "jinja2.Template":
+    templates = environment("hydroservo.papers.tsmc_eha_2021.report")
+    templates.filters["symbols"] = symbols
+    return templates.get_template("report.html.j2")
+
+
+def figures(trajectories: Trajectories, out: Path) -> list[dict[str, Any]]:
+    return [
+        {
+            "number": one.number,
+            "caption": one.caption,
+            "seen": one.seen(trajectories),
+            "picture": address(out / f"fig{one.number:02d}.svg"),
+        }
+        for one in FIGURES
+    ]
 
 
 def write_report(study: Study, out: Path, progress: Progress | None = None) -> Path:

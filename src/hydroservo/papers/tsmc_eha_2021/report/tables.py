@@ -6,9 +6,10 @@ from itertools import product
 from typing import Any
 
 from hydroservo import show
-from hydroservo.formatting import column, measured, number, yes_or_no
+from hydroservo.field import Field
+from hydroservo.formatting import column, measured, number, quantity, yes_or_no
 from hydroservo.metrics import METRIC_FIELDS
-from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim
+from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Judgement, Results
 from hydroservo.papers.tsmc_eha_2021.conditions import (
     CONTROLLERS,
     DEMANDS,
@@ -30,11 +31,19 @@ from hydroservo.papers.tsmc_eha_2021.report.names import (
     condition_name,
     run_name,
 )
-from hydroservo.papers.tsmc_eha_2021.report.reasons import worst_case
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import colour_class
 from hydroservo.papers.tsmc_eha_2021.study import Study, Verdict
 from hydroservo.runs.results import best_runs, metric_fields, metrics_of, scenario_of
 
+SETTLED = {
+    "error": Field("m/s", "largest velocity error once settled"),
+    "s1": Field("m/s", "largest |s1| once settled"),
+    "s2": Field("N", "largest |s2| once settled"),
+    "xi1": Field("m/s", "largest |xi1| once settled"),
+    "xi2": Field("m/s^2", "largest |xi2| once settled"),
+    "miss1": Field("m/s^2", "largest error of the estimate of d_L1 once settled"),
+    "miss2": Field("N/s", "largest error of the estimate of d_L2 once settled"),
+}
 Table = list[dict[str, Any]]
 
 HOLDS = {True: show.Cell("holds", mark=show.Mark.GOOD), False: show.Cell("fails", mark=show.Mark.BAD)}
@@ -50,6 +59,30 @@ LISTED = (
     "estimate_rms_error_2",
     "disturbance_max_2",
 )
+
+
+def worst_case(claim: Claim, results: Results) -> str:
+    """What decides a claim under one condition: its worst run, what was measured and what is allowed."""
+    judgement = claim.judge(results)
+    demand, controller, name, measured, allowed, rival = judgement
+    if not math.isfinite(measured) or not 0.0 < allowed < math.inf:
+        return without_numbers(judgement, results)
+    field = SETTLED[name] if name in SETTLED else METRIC_FIELDS[name]
+    limit = quantity(allowed, field.unit)
+    against = f"{NAMES[rival]}'s {limit}" if rival else f"the {limit} allowed"
+    digits = 5 if abs(judgement.ratio - 1.0) < 0.005 else 3  # enough to tell a ratio from 1
+    return (
+        f"{run_name(demand, controller)}: {quantity(measured, field.unit)} ({field.meaning}), "
+        f"{number(judgement.ratio, digits)} times {against}"
+    )
+
+
+def without_numbers(judgement: Judgement, results: Results) -> str:
+    """Why a ratio is zero or infinite."""
+    lost = [run_name(*key) for key, run in results.items() if run.metrics["diverged"]]
+    if not lost:
+        return "no finite ratio: a number is missing, or the rival's is 0"
+    return f"{', '.join(lost)} diverged" + (", so no rival is left" if judgement.ratio == 0.0 else "")
 
 
 def grid() -> Table:
