@@ -242,13 +242,7 @@ def model_of(law: Block) -> Any:
 
 
 def facts_of(loop: Loop, record: Sequence[str] = (), watching: Sequence[Block] = ()) -> tuple[LoopFacts, Any]:
-    """The facts of a loop, after a run of it, and that run.
-
-    Args:
-        loop: the loop.
-        record: paths of the state to record of that run.
-        watching: monitors that are to judge it besides.
-    """
+    """The facts of a loop, after a run of it, and that run."""
     refuse_foreign(loop, "audit it")
     begun = ready(loop)
     monitor = lumped(begun)

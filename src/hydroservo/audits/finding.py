@@ -111,12 +111,7 @@ def strained(one: Strain) -> list[Line]:
 
 
 def audit_finding(audit: "Audit", scenario: str = "") -> Finding:
-    """What an audit says.
-
-    Args:
-        audit: what ``audit`` returned.
-        scenario: its name, if it has one.
-    """
+    """What an audit says."""
     margins = [one for one in audit.assumptions() if one.holds is not None]
     rows = [row for asked in audit.asked for row in rows_of(asked)]
     return Finding(

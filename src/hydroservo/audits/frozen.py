@@ -52,10 +52,6 @@ def frozen(loop: Loop, time: float) -> Frozen:
     Its machine moves evenly as a demanded velocity asks, or rests where it cannot and where another signal is
     controlled; and what it then shows is demanded, to the last digit, for a law that switches feels any other
     offset.
-
-    Args:
-        loop: the loop.
-        time: the instant [s].
     """
     demand, force = loop.reference.at(time).value, loop.load.force(time)
     still = loop._replace(
@@ -73,12 +69,7 @@ def frozen(loop: Loop, time: float) -> Frozen:
 
 
 def command_for(loop: Loop, velocity: float) -> float:
-    """The command under which a machine moves evenly at a velocity, or nearly so [V].
-
-    Args:
-        loop: ready to run.
-        velocity: of the piston [m/s].
-    """
+    """The command under which a machine moves evenly at a velocity, or nearly so [V]."""
     from scipy.optimize import brentq
 
     if velocity == 0.0:

@@ -168,13 +168,7 @@ def continued(loop: Loop, frequency: float) -> Loop:
 
 
 def without(loop: Loop, cause: Cause, size: float) -> Remains | None:
-    """What is left without a cause; None where the loop has none of that kind.
-
-    Args:
-        loop: as it oscillates.
-        cause: the cause.
-        size: amplitude of its command as it is [V].
-    """
+    """What is left without a cause; None where the loop has none of that kind."""
     changed = cause.without(loop)
     if changed is None:
         return None

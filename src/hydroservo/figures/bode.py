@@ -259,9 +259,6 @@ def plot_poles(model: "Linearization") -> Plot:
 
     In continuous time s = -zeta w ± j w sqrt(1 - zeta^2); of a sampled model z = e^(s h), inside the unit
     circle where it is stable.
-
-    Args:
-        model: what :func:`~hydroservo.linearize` returned.
     """
     with style():
         fig = figure(POLES_HEIGHT, width=1.3 * POLES_HEIGHT)

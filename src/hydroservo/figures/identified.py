@@ -21,11 +21,7 @@ MOST = 20_000  # points of a curve; longer ones become pixels inside an SVG
 
 
 def plot_log(whole: "Understood") -> Plot:
-    """Each signal of a log over time as it was understood; what was left out is marked.
-
-    Args:
-        whole: the log.
-    """
+    """Each signal of a log over time as it was understood; what was left out is marked."""
     log = whole.log
     parts = [{**one.inputs, **one.measured} for one in whole.segments]
     names = [name for name in SIGNALS if name in parts[0]]
@@ -48,11 +44,7 @@ def plot_log(whole: "Understood") -> Plot:
 
 
 def plot_fit(fit: "LogFit") -> Plot:
-    """Measured and simulated signals of a log over time, and what is left between them.
-
-    Args:
-        fit: the log.
-    """
+    """Measured and simulated signals of a log over time, and what is left between them."""
     with style():
         fig, axes = panels([name for name in fit.signals for _ in range(2)])
         for i, (name, one) in enumerate(fit.signals.items()):

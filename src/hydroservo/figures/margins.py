@@ -18,9 +18,6 @@ def plot_margins(assumptions: Sequence[Assumption]) -> Plot:
     """The margin of each assumption on a logarithmic axis; those below 1 fail, and are in another colour.
 
     A margin beyond a factor of 1000, or without end, stands at the edge of the axis with a triangle.
-
-    Args:
-        assumptions: those that can be told.
     """
     shown = [min(max(one.margin, LEAST), MOST) for one in assumptions]
     low, high = min([0.5, *shown]) / 1.5, max([2.0, *shown]) * 1.5

@@ -36,9 +36,6 @@ def plot_tuned(found: "Tuned") -> Plot:
     """The metric of each loop with its own values and with the best ones, a line each.
 
     A loop that diverged before stands at the right edge, with a triangle.
-
-    Args:
-        found: what :func:`~hydroservo.tune` returned.
     """
     unit = found.tables[0][found.metric].attrs["units"]
     finite = [value for value in (*found.before, *found.after) if 0.0 < value < math.inf]

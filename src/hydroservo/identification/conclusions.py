@@ -33,15 +33,7 @@ def remarks_of(
     fits: Sequence[LogFit],
     effects: Sequence[Effect],
 ) -> list[str]:
-    """Of each log, of each parameter, and of how well all is met.
-
-    Args:
-        problem: what was sought.
-        parameters: of it, with their intervals.
-        sure: how sure all is.
-        fits: how each log is met.
-        effects: what a model that does not fit may miss.
-    """
+    """Of each log, of each parameter, and of how well all is met."""
     late = {one.where: one for one in problem.unknowns if one.kind == "delay"}
     found = [
         f"{fit.understood.log.name}: {line}"

@@ -242,10 +242,6 @@ def first_steps(loop: Loop, segment: Segment) -> int:
 
     As many in a second as the scenario has, at least; with automatic ones, as many as the log's beginning
     takes with the scenario's own machine, coarsely.
-
-    Args:
-        loop: of the scenario.
-        segment: that will be played.
     """
     simulation = loop.simulation
     one = experiment(loop, segment, (), AUTO)

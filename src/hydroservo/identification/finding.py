@@ -49,12 +49,7 @@ WHITE = "p: of the test by Ljung and Box that the residual is white noise."
 
 
 def log_finding(whole: Understood, logs: Sequence[Path] = ()) -> Finding:
-    """What a log says.
-
-    Args:
-        whole: the log.
-        logs: its file.
-    """
+    """What a log says."""
     numbers = numbers_of_signals(whole)
     lacks = [] if COMMAND in whole.log.signals else ["the log has no command, which identify needs"]
     return Finding(
@@ -123,13 +118,7 @@ def rate_lines(numbers: Mapping[str, Any]) -> list[Line]:
 def identified_finding(
     identified: "Identified", further: Further = NOTHING_FURTHER, logs: Sequence[Path] = ()
 ) -> Finding:
-    """What an identification says.
-
-    Args:
-        identified: what ``identify`` returned.
-        further: what was asked besides.
-        logs: the files of its logs.
-    """
+    """What an identification says."""
     name = identified.scenario
     return Finding(
         title_of("Identification", name),

@@ -45,17 +45,7 @@ class Linear(NamedTuple):
 def best_prediction(
     problem: Problem, simulated: Solution, horizon: float, report: Report
 ) -> tuple[Problem, Solution]:
-    """The unknowns that make weighted errors of prediction smallest, from those that a simulation gave.
-
-    Args:
-        problem: of simulations.
-        simulated: what was found with these.
-        horizon: as :func:`predicting` has it.
-        report: called with the fraction done.
-
-    Returns:
-        The problem of predictions, and its solution.
-    """
+    """The unknowns that make weighted errors of prediction smallest, from those that a simulation gave."""
     best = simulated
     for number in range(DESIGNS):
         problem = predicting(problem, best.x, horizon)

@@ -318,13 +318,7 @@ def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
 
 
 def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unknown]) -> Vector:
-    """The scenario's own values, a start as the log shows it, and else 0; each moved into its range.
-
-    Args:
-        own: values of the scenario by path.
-        space: the ranges.
-        unknowns: all that is sought.
-    """
+    """The scenario's own values, a start as the log shows it, and else 0; each moved into its range."""
     found = []
     for one in unknowns:
         if one.kind in ("parameter", "uncertain"):

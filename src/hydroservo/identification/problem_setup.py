@@ -114,16 +114,7 @@ def problem_of(
     threads: int,
     delays: Ends = None,
 ) -> Problem:
-    """What is fitted to what.
-
-    Args:
-        assembly: the scenario.
-        varied: what is sought.
-        freed: what is uncertain besides; the fit begins at its nominal values.
-        taken: the logs.
-        threads: how many to use.
-        delays: between which that of each log is sought [s].
-    """
+    """What is fitted to what."""
     own = {one.path: own_value(assembly, one.path) for one in varied}
     own |= {one.path: value for one, _ in freed if (value := one.nominal) is not None}
     varied = [*varied, *(one for one, _ in freed)]

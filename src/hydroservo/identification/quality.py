@@ -35,12 +35,7 @@ ABOVE = 1.25  # times the noise that a sensor has, from which more than noise is
 
 
 def autocorrelation(parts: Sequence[Samples], lag: int) -> float:
-    """The correlation of residuals with themselves so many samples later; 0 for none.
-
-    Args:
-        parts: residuals of one stretch of time each.
-        lag: in samples.
-    """
+    """The correlation of residuals with themselves so many samples later; 0 for none."""
     mean = float(np.mean(np.concatenate(parts)))
     after = math.fsum(float(((part[lag:] - mean) * (part[:-lag] - mean)).sum()) for part in parts)
     squares = math.fsum(float(((part - mean) ** 2).sum()) for part in parts)
@@ -116,15 +111,7 @@ class HeldOut(NamedTuple):
 
 
 def held_out(problem: Problem, best: Solution) -> dict[tuple[int, str], HeldOut]:
-    """Fit the first four fifths of each segment, and simulate the last: the residuals of both.
-
-    Args:
-        problem: what was sought.
-        best: the fit to all of it, from which this one starts.
-
-    Returns:
-        By log and signal, in the signal's unit.
-    """
+    """Fit the first four fifths of each segment, and simulate the last: the residuals of both."""
     counted = {}
     for i, one in enumerate(problem.experiments):
         samples = one.segment.samples
@@ -167,16 +154,7 @@ def log_fits(
     apart: Mapping[tuple[int, str], HeldOut],
     sensors: Block,
 ) -> list[LogFit]:
-    """Each log as it was met by the model.
-
-    Args:
-        problem: what was sought.
-        best: where.
-        sure: how sure it is.
-        taken: the logs.
-        apart: what is missed of the part held out.
-        sensors: of the scenario, whose noise is known.
-    """
+    """Each log as it was met by the model."""
     shown = misfit(problem, best.x, best.weights, slopes=False)
     predicted = any(one.observer is not None for one in problem.experiments)
     fits = []

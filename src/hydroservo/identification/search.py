@@ -129,14 +129,6 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     end stops that the log never reached and need far more. If the machine found needs finer steps, the search
     continues with these, so that their error is small beside the residuals.
 
-    Args:
-        problem: what is sought.
-        seed: of the other starts.
-        report: called with the fraction done.
-
-    Returns:
-        The problem with its last steps, and its solution.
-
     Source: Huber, Robust Statistics, 1981, ch. 7 (residuals that count linearly); Branch, Coleman, Li, SIAM
     J. Scientific Computing 21, 1999, as scipy.optimize.least_squares has it (bounds).
     Fails to promise the best there is.

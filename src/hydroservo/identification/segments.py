@@ -152,10 +152,6 @@ def understood(log: Log, number: int = 0) -> Understood:
     Columns that never change are left out. Spikes count for nothing; those of an input, which a law may well
     have made, are played as they are. Where a few samples lack, so are the inputs; where more
     do, a new stretch begins. Instants beside an even grid are moved onto it by linear interpolation.
-
-    Args:
-        log: the log.
-        number: of the log among others.
     """
     remarks = [f"columns that are not used: {some_of(log.unused)}"] if log.unused else []
     gridded = on_one_clock(log)

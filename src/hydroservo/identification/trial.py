@@ -135,10 +135,6 @@ def bounds_of(loop: Loop, given: Bounds) -> dict[str, tuple[float, float]]:
 
     A command has the limits of its converter, its law or its valve; a position the stroke less 2 % at both
     ends; a chamber's pressure 0 (gauge) and one and a half times the supply's.
-
-    Args:
-        loop: of the machine.
-        given: by signal, in SI units.
     """
     allowed = (COMMAND, *OUTPUTS)
     for name, (low, high) in given.items():

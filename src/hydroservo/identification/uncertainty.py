@@ -153,12 +153,6 @@ def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertaint
     that the interval means nothing.
     Numbers that are uncertain but not sought go along with each direction as the logs want it.
 
-    Args:
-        problem: what was sought.
-        x: the optimum, in units of the search.
-        weights: of each signal there.
-        sure: the covariance there.
-
     An uncertain number counts as told where its interval is at most half of its uncertainty.
     """
     sought = np.array([one.kind != "uncertain" for one in problem.unknowns])

@@ -19,10 +19,6 @@ def curve_from(table: Table, field: Field | None) -> Curve:
     A file is read by :func:`~hydroservo.scenario.records.recorded`; points are pairs of x and y, such as
     ``{points = [["0 m/s", "130 V/m"], ["0.25 m/s", "55 V/m"]]}``. Of a curve over a share, ``full = "10 V"``
     says what 100 % is where its axis has another unit.
-
-    Args:
-        table: the table.
-        field: the declaration of the curve; None where there is none.
     """
     if field is None or field.over or not table.has(FULL):
         return points(table, field) if table.has(POINTS) else of_file(table, field)

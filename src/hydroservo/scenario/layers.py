@@ -79,12 +79,7 @@ def flat(changes: Mapping[str, object], prefix: str) -> Iterator[tuple[str, obje
 
 
 def layered(source: str | Path, changes: Mapping[str, object]) -> Table:
-    """The tables of a scenario over those of what it builds on, and what overrides them on top.
-
-    Args:
-        source: a built-in name, or the path of a file.
-        changes: values by dotted path.
-    """
+    """The tables of a scenario over those of what it builds on, and what overrides them on top."""
     overriding = nested(changes)
     if BASE in overriding:
         raise ScenarioError(OVERRIDES, BASE, "cannot be overridden; write a file of your own with that base")

@@ -116,11 +116,7 @@ def unit_of(value: object) -> str | None:
 
 
 def log_columns(scenario: Table) -> dict[str, Entry]:
-    """The columns of signals that the table names, as ``velocity = "v_piston [mm/s]"``, and the period.
-
-    Args:
-        scenario: all its tables.
-    """
+    """The columns of signals that the table names, as ``velocity = "v_piston [mm/s]"``, and the period."""
     table = scenario.table("identify")
     for name in table.names():
         if name not in KEYS:
@@ -139,11 +135,6 @@ def log_ranges(scenario: Table, loop: Loop, arguments: Collection[str]) -> dict[
     """The ranges of the numbers that are sought, by path, such as ``plant.mass = "-40%..+70%"``.
 
     Those that a base gives for a block of another type than the loop's are left out.
-
-    Args:
-        scenario: all its tables.
-        loop: what they describe.
-        arguments: what constructors take, by path.
     """
     entries = dict(scenario.table("identify").table(VARY).entries())
     known = {*arguments, *(path for path, _ in leaves(loop))}

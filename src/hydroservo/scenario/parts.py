@@ -234,14 +234,7 @@ def opened(folder: Path, content: Mapping[str, Any]) -> Store:
 def table_of_runs(
     found: "xr.Dataset", drawn: Drawn, seed: int, arguments: Mapping[str, Argument]
 ) -> "xr.Dataset":
-    """The table of a batch, with all that it takes to run each of its runs again.
-
-    Args:
-        found: what ``simulate_batch`` returned.
-        drawn: what each run sets.
-        seed: of the draws.
-        arguments: what constructors take, by path.
-    """
+    """The table of a batch, with all that it takes to run each of its runs again."""
     deviations = {
         f"uncertainty.{path}": ("run", column, {"units": "", "long_name": f"relative deviation of {path}"})
         for path, column in drawn.deviations.items()

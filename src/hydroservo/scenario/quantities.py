@@ -76,12 +76,7 @@ def quantity_slip(text: str) -> str:
 
 
 def toml_slip(text: str, problem: str) -> str:
-    """Advice on a text that is not TOML, to end a message with; "" where there is none.
-
-    Args:
-        text: of the file.
-        problem: what the parser says, with its line.
-    """
+    """Advice on a text that is not TOML, to end a message with; "" where there is none."""
     lines, place = text.splitlines(), PLACE.search(problem)
     number = int(place[1]) if place else len(lines)
     line = lines[number - 1] if 0 < number <= len(lines) else ""

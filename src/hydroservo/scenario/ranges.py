@@ -49,14 +49,7 @@ def as_entries(ranges: Mapping[str, object], name: str = "ranges") -> dict[str, 
 
 
 def check_path(path: str, entry: Entry, loop: Loop, arguments: Collection[str]) -> None:
-    """Refuse what is not a number that can differ between runs.
-
-    Args:
-        path: the number's.
-        entry: its range, which an error names.
-        loop: the loop that has it.
-        arguments: the paths of what constructors take.
-    """
+    """Refuse what is not a number that can differ between runs."""
     if (path in arguments or is_float(loop, path)) and varies(path):
         return
     numbers = [path for path, value in leaves(loop) if isinstance(value, float)]

@@ -151,12 +151,7 @@ def assembly_of(source: Loop | Assembly) -> Assembly:
 
 
 def variations(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
-    """What is asked to vary.
-
-    Args:
-        assembly: the loop that all runs start from, and what it is made of.
-        ranges: by path.
-    """
+    """What is asked to vary."""
     return [variation(assembly, path, entry) for path, entry in ranges.items()]
 
 
@@ -205,14 +200,7 @@ def ranges_of(
 
 
 def check_size(runs: int, seed: int, start: str = "", most: int = MOST) -> None:
-    """Refuse a number of runs or a seed out of its range.
-
-    Args:
-        runs: how many.
-        seed: of the draws.
-        start: of their names, for the message.
-        most: runs that are allowed.
-    """
+    """Refuse a number of runs or a seed out of its range."""
     whole_number(f"{start}runs", runs, 1, most)
     whole_number(f"{start}seed", seed, 0, LARGEST_SEED)
 
@@ -289,17 +277,7 @@ def loops_over(
     plugins: Sequence[Path],
     load: Callable[[str, Mapping[str, object], Sequence[Path]], Loop] = load_scenario,
 ) -> tuple[dict[float, Loop], str]:
-    """The loops of a scenario by values of a number, and its SI unit; a law believes what it believed.
-
-    Args:
-        source: the scenario.
-        path: the number's.
-        entry: the range over which its values are even.
-        count: how many.
-        changes: as :func:`~hydroservo.load_scenario` takes them.
-        plugins: likewise.
-        load: makes a loop, as :func:`~hydroservo.load_scenario` does.
-    """
+    """The loops of a scenario by values of a number, and its SI unit; a law believes what it believed."""
     whole = assembled(source, changes, plugins)
     ends = variation(whole, path, entry)
     field = whole.arguments[path].field if path in whole.arguments else field_at(whole.loop, path)

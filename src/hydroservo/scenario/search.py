@@ -65,11 +65,6 @@ def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) ->
 
     A range that a layer gives does not count if its path is none any more, or a number that the range is not
     of, because a layer above gives a block along it a type.
-
-    Args:
-        scenario: all its tables.
-        loop: what they describe.
-        arguments: what constructors take, by path, which a search cannot set.
     """
     table = scenario.table("tune")
     keys = ("vary", "scenarios", *PARTS)
@@ -116,14 +111,7 @@ def size(value: object) -> int:
 
 
 def searched_range(path: str, entry: Entry, loop: Loop, arguments: Mapping[str, object]) -> Range:
-    """Between what a number is searched.
-
-    Args:
-        path: the number's.
-        entry: its range, as text.
-        loop: whose number it is; percentages are of its value there.
-        arguments: what constructors take, by path.
-    """
+    """Between what a number is searched."""
     if path.partition(".")[0] not in SEARCHED:
         problem = f"must be in the {' or '.join(SEARCHED)}, which a search may choose"
         raise ScenarioError(entry.origin.name, entry.key, problem)
@@ -144,14 +132,7 @@ def sources(entry: Entry) -> Iterator[str | Path]:
 
 
 def checked_part(name: str, value: object, count: int, loops: Sequence[Loop]) -> Any:
-    """A part of a search besides its ranges and scenarios.
-
-    Args:
-        name: which of :data:`PARTS` it is.
-        value: what it is said to be.
-        count: how many scenarios are tuned together.
-        loops: what they describe.
-    """
+    """A part of a search besides its ranges and scenarios."""
     if name == "weights":
         return checked_weights(value, count, "scenario")
     if name == "scales":

@@ -53,14 +53,7 @@ class Task(NamedTuple):
 def task_of_aim(
     aim: Aim, ranges: Mapping[str, Any], length: Mapping[str, Any], others: Mapping[str, object]
 ) -> Task:
-    """The search of loops that no scenario names.
-
-    Args:
-        aim: the loops, and what is to be small.
-        ranges: by path.
-        length: number of candidates and seed, where they are said.
-        others: arguments that only scenarios can have.
-    """
+    """The search of loops that no scenario names."""
     for name, value in others.items():
         raise ParameterError(name, value, "is for scenarios by name; an Aim has its own")
     for path, ends in ranges.items():
@@ -122,13 +115,7 @@ def machines_of(
 
 
 def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[str, object]) -> Search:
-    """What is said of a search, with the scenarios that are tuned together and a weight for each.
-
-    Args:
-        scenarios: those that are asked for.
-        first: the first of them.
-        parts: what is said besides, by its key in ``[tune]``.
-    """
+    """What is said of a search, with the scenarios that are tuned together and a weight for each."""
     search, together = first.search, scenarios
     weights = search.weights if len(scenarios) == 1 else ()
     if len(scenarios) == 1 and search.scenarios:
@@ -178,13 +165,7 @@ def of_another_law(lost: Entry, law: Block) -> str:
 def ranges_of(
     ranges: Mapping[str, Entry], search: Search, assemblies: Mapping[str | Path, Assembly]
 ) -> Mapping[str, Range]:
-    """Between what each number is searched, by path.
-
-    Args:
-        ranges: what is said of it; none for what ``[tune.vary]`` says.
-        search: what that is.
-        assemblies: the scenarios that are tuned together.
-    """
+    """Between what each number is searched, by path."""
     first = next(iter(assemblies.values()))
     asked = {path: searched_range(path, entry, first.loop, first.arguments) for path, entry in ranges.items()}
     wanted = asked or search.ranges
@@ -206,13 +187,7 @@ def at_scale(changes: Mapping[str, object], scale: float | None) -> Mapping[str,
 
 
 def check_together(aim: Aim, scales: Sequence[float], parts: Mapping[str, object]) -> None:
-    """Refuse a metric that a scenario does not have, and scales that make no difference in one.
-
-    Args:
-        aim: with the loops of each scenario, scale by scale.
-        scales: of the uncertainty.
-        parts: what is said of the search beside ``[tune]``.
-    """
+    """Refuse a metric that a scenario does not have, and scales that make no difference in one."""
     try:
         checked_aim(aim)
         check_scales(scales, aim.loops)

@@ -52,12 +52,7 @@ class Truth(NamedTuple):
     numbers: Mapping[str, Deviation | Value]  # of the blocks' own parameters, by path
 
     def taken(self, name: str, arguments: Mapping[str, Argument]) -> dict[str, float]:
-        """What the constructors of a block of the machine take instead, by path in the block.
-
-        Args:
-            name: which block of the machine it is.
-            arguments: what they take in the nominal machine, by path.
-        """
+        """What the constructors of a block of the machine take instead, by path in the block."""
         start = f"{name}."
         return {
             path.removeprefix(start): one.of(path, arguments[path].value, arguments[path].field)
@@ -66,12 +61,7 @@ class Truth(NamedTuple):
         }
 
     def true(self, block: Block, name: str) -> Block:
-        """A block of the machine with its own parameters as they truly are.
-
-        Args:
-            block: the block, made of what its constructors truly take.
-            name: which block of the machine it is.
-        """
+        """A block of the machine with its own parameters as they truly are."""
         start = f"{name}."
         changes = {}
         for path, one in self.numbers.items():
@@ -88,11 +78,6 @@ def truth_of(scenario: Table, machine: Block, arguments: Mapping[str, Argument])
     parameter; ``[truth]`` values in the parameter's unit, which count whatever deviates. What a layer gives
     of one that is no parameter any more, because a layer above gives a block along its path a type, does
     not count.
-
-    Args:
-        scenario: all its tables.
-        machine: the blocks of the nominal machine, as one block.
-        arguments: what constructors take, by path.
     """
     table = scenario.table("uncertainty")
     scale = number_from(table.entry("scale"), SCALE, float) if table.has("scale") else 1.0

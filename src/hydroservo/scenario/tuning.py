@@ -124,14 +124,7 @@ def best_values(
     progress: Progress | None,
     interrupted: Callable[[], None] = lambda: None,
 ) -> Tuned:
-    """The best values of a task's search, under the names of its loops, and how the loops stand with them.
-
-    Args:
-        task: what to search.
-        threads: how many to use.
-        progress: called after each generation.
-        interrupted: called when an interrupt has ended the search.
-    """
+    """The best values of a task's search, under the names of its loops, and how the loops stand with them."""
     check_ranges([wired(loop) for loop in checked_loops(task.aim.loops)], task.ranges)
     guard = LoopGuard(task.bounds, task.machines, threads) if task.bounds else None
     aim, ranges = task.aim, task.ranges
@@ -180,13 +173,7 @@ def comments_of(tuned: Tuned) -> list[str]:
 
 
 def as_toml(parameters: Mapping[str, float], command: str, remarks: Sequence[str] = ()) -> str:
-    """Values as TOML tables to paste into a scenario, under what found them.
-
-    Args:
-        parameters: the values by path, in SI units.
-        command: what found them, in some lines.
-        remarks: lines that follow it.
-    """
+    """Values as TOML tables to paste into a scenario, under what found them."""
     comment = "".join(f"# {line}\n" for line in [*command.splitlines(), *remarks])
     tables = tomli_w.dumps(nested(parameters))
     return f"# In SI units, found by hydroservo {__version__} with\n{comment}\n{tables}"

@@ -113,12 +113,7 @@ def regrets(standings: Mapping[str, Standing], pairs: list[Pair], rules: Rules) 
 
 
 def areas(regret: Mapping[str, Mapping[str, float]], rules: Rules) -> dict[str, Area]:
-    """How much of the map each law is near the best in.
-
-    Args:
-        regret: by cell and law.
-        rules: of the comparison.
-    """
+    """How much of the map each law is near the best in."""
     laws = sorted({law for cell in regret.values() for law in cell})
     cells = [cell for cell in regret.values() if not all(map(math.isnan, cell.values()))]
     count = len(cells)

@@ -31,16 +31,7 @@ class Means(NamedTuple):
 def means_of(
     trials: Mapping[str, Mapping[str, Trials]], laws: Mapping[str, Mapping[str, str]], rules: Rules
 ) -> dict[str, Means]:
-    """The mean logarithms of the errors of the laws that lack nothing and do not lose too many runs.
-
-    Args:
-        trials: the test runs, by cell and law.
-        laws: their factors and what they are ``without``.
-        rules: of the comparison.
-
-    Returns:
-        Those of each cell that has two such laws or more; of none where no factor has two levels.
-    """
+    """The mean logarithms of the errors of the laws that lack nothing and do not lose too many runs."""
     whole = {name for name, own in laws.items() if not own["without"]}
     found: dict[str, Means] = {}
     if all(len({laws[law][factor] for law in whole}) < 2 for factor in FACTORS):
@@ -123,11 +114,6 @@ def effects(means: Mapping[str, Means], levels: Levels, confidence: float) -> di
     Shares are sums of squares of the second type: what is explained with the factor less what is explained
     without it, of sums of the factors' effects, over all that laws of a cell differ by. What they leave is
     interaction.
-
-    Args:
-        means: of each cell.
-        levels: of each law, by factor.
-        confidence: of the intervals: percentiles of the bootstrap.
 
     Source: Yates 1934, doi:10.1080/01621459.1934.10502686, on unequal numbers in the classes.
 

@@ -153,11 +153,7 @@ def studies() -> dict[str, str]:
 
 
 def study_source(source: str | Path) -> str:
-    """The TOML text of a study.
-
-    Args:
-        source: a built-in name such as ``small``, or the path of a file.
-    """
+    """The TOML text of a study."""
     return located(source, "studies")[1]
 
 

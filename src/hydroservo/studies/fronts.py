@@ -38,13 +38,7 @@ def points_of(runs: "pd.DataFrame", split: str) -> "pd.DataFrame":
 
 
 def reference_points(points: "pd.DataFrame", reference: str, rules: Rules) -> "pd.DataFrame":
-    """The point of the reference in each cell: the calmest of those that tie with its least error.
-
-    Args:
-        points: of all laws on validation.
-        reference: the law.
-        rules: whose margin makes a tie.
-    """
+    """The point of the reference in each cell: the calmest of those that tie with its least error."""
     own = points[points["law"] == reference]
     fewest = own["lost"] == own.groupby("cell", observed=True)["lost"].transform("min")
     own = own[fewest]

@@ -59,11 +59,6 @@ def conditions_of(
     Each number is a function of the study's seed, its split, its path and the number of the condition alone,
     so that all laws meet the same ones, and no other law, cell or count changes them.
 
-    Args:
-        study: the study.
-        levels: of the cell.
-        assemblies: the loop of any law for each kind of condition.
-
     Source: Philox4x64-10, Salmon, Moraes, Dror, Shaw 2011, doi:10.1145/2063384.2063405.
     """
     asked = study.conditions

@@ -39,10 +39,6 @@ def limited(study: Study, entrants: Sequence[Entrant]) -> list[Limited]:
     """The first test conditions of each cell, as many as a study asks limits of.
 
     Cells that differ in sensors alone have the same limits, and the same units.
-
-    Args:
-        study: the study.
-        entrants: each law in each cell, those of a cell one after the other.
     """
     if not study.limits:
         return []

@@ -52,10 +52,6 @@ def pairs_of(trials: Mapping[str, Trials], rules: Rules) -> list[Pair]:
     over all that is asked in the cell. The law that loses fewer runs wins, whatever the errors; no error
     makes up for an axis that went astray. If neither loses fewer the law with less error wins, where the
     ratio is at least the margin.
-
-    Args:
-        trials: of the cell's laws by name, on the same conditions.
-        rules: of the comparison.
     """
     names = list(combinations(sorted(trials), 2))
     errors = [difference(trials[a].logs(), trials[b].logs(), rules.confidence) for a, b in names]

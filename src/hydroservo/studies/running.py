@@ -58,13 +58,7 @@ def write_scenarios(study: Study, entrants: Sequence[Entrant], folder: Path) -> 
 
 
 def remove_dropped(folder: Path, before: Mapping[str, Any], now: Mapping[str, Any]) -> None:
-    """Remove what was written for laws, cells and kinds that a study had and has no more.
-
-    Args:
-        folder: the study's.
-        before: its manifest as it was; empty if there was none.
-        now: as it is.
-    """
+    """Remove what was written for laws, cells and kinds that a study had and has no more."""
     try:
         for name in files_of(before) - files_of(now):
             (folder / name).unlink(missing_ok=True)

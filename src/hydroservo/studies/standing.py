@@ -52,10 +52,6 @@ def fewer_lost(a: Flags, b: Flags, confidence: float = 0.95) -> Difference:
 
     Its chance is the larger of two: that of Student's t, and that of the exact sign test over the conditions
     in which one law lost its run and the other did not, which a handful of lost runs does not impress.
-
-    Args:
-        a, b: of the same conditions.
-        confidence: of the interval.
     """
     from scipy.special import bdtr
 
@@ -96,11 +92,6 @@ class Standing(NamedTuple):
 
 def standing_of(trials: Trials, survived: float, rules: Rules) -> Standing:
     """How a law stands.
-
-    Args:
-        trials: its test runs.
-        survived: what :func:`~hydroservo.studies.cell_verdict.survived` says of it.
-        rules: of the comparison.
 
     Source: Rockafellar and Uryasev 2000, Optimization of conditional value-at-risk,
     doi:10.21314/JOR.2000.038, for the mean of the worst.

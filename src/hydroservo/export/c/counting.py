@@ -57,12 +57,7 @@ class UncountedError(Exception):
 
 
 def counted(function: Function, needed: Needed) -> Operations | None:
-    """What a call of a function takes at most; None where there is no most.
-
-    Args:
-        function: such as the step of a unit.
-        needed: what of it is written.
-    """
+    """What a call of a function takes at most; None where there is no most."""
     try:
         return Count(needed).function(function)
     except UncountedError:

@@ -11,12 +11,7 @@ Signals = Iterator[tuple[Record, Field | None]]  # what the numbers of a record 
 
 
 def declared_in(record: Record, signals: Sequence[Field | None]) -> Mapping[str, Field]:
-    """The declarations of a record's numbers by name.
-
-    Args:
-        record: the record.
-        signals: the controlled signals, in whose units some numbers are, of all places that the record has.
-    """
+    """The declarations of a record's numbers by name."""
     if record.cls is None:
         return {}
     declared = {name: of_all(field, signals) for name, field in declared_fields(record.cls).items()}

@@ -66,11 +66,6 @@ def made_vectors(loop: Loop, part: Part, unit: Unit) -> Vectors:
     through all of them, one after the other, in plain Python from its ``init``. For a controller in double
     precision a sample without velocity and one of huge numbers follow, each before 20 good samples. A whole
     loop and a demand have no inputs; they run through their first 500 samples.
-
-    Args:
-        loop: of the scenario.
-        part: what of it is exported.
-        unit: the export.
     """
     loop = ready(loop) if part is Part.DEMAND else with_its_substeps(ready(loop))
     inputs, made = listened(loop, part)

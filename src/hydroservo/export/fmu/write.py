@@ -64,17 +64,7 @@ def options(platform: Platform) -> tuple[str, ...]:
 def binaries(
     files: Files, unit: Unit, version: FmiVersion, platforms: Iterable[Platform]
 ) -> dict[str, bytes]:
-    """A shared library for each platform, and the licences of what cross compilers link into them.
-
-    Args:
-        files: the other files of the FMU, by their path in it.
-        unit: what the FMU holds.
-        version: of FMI.
-        platforms: for which.
-
-    Returns:
-        The content of each file by its path in the FMU.
-    """
+    """A shared library for each platform, and the licences of what cross compilers link into them."""
     content = {}
     for platform in platforms:
         place = place_of(version, unit.prefix, platform)

@@ -88,14 +88,7 @@ def headings(axes: Sequence[Axis]) -> Sequence[Sequence[str]]:
 
 
 def label_axes(axis: "Axes", grid: Grid, *, bottom: bool = True, left: bool = True) -> None:
-    """Name the levels of a panel whose cells have their middles at whole numbers.
-
-    Args:
-        axis: the panel.
-        grid: the study's.
-        bottom: the panel is at the bottom of its column.
-        left: the panel is at the left of its row.
-    """
+    """Name the levels of a panel whose cells have their middles at whole numbers."""
     across, up = grid.inside
     axis.set_xlim(-0.5, len(across) - 0.5)
     axis.set_ylim(-0.5, len(up) - 0.5)

@@ -81,9 +81,6 @@ def fix_layout(fig: Figure) -> None:
 
     The solver of layouts takes its unknowns in an order that changes from one time to the next, and so leaves
     other last digits; these are rounded away, for the same picture to give the same bytes.
-
-    Args:
-        fig: the figure, all that needs room on it drawn.
     """
     fig.draw_without_rendering()
     fig.set_layout_engine("none")

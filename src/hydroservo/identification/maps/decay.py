@@ -101,14 +101,7 @@ def time_constant(product: Interval, piston: Piston, stretches: Sequence[Watched
 
 
 def check_decays(fit: DecayFit, free: DecayFit, stretches: Sequence[Watched], name: str) -> None:
-    """Refuse pressures that do not decay, unless a motion tells a bulk modulus from them.
-
-    Args:
-        fit: without offsets of sensors.
-        free: with them, where the decay tells them.
-        stretches: of the logs.
-        name: of the first log.
-    """
+    """Refuse pressures that do not decay, unless a motion tells a bulk modulus from them."""
     leak = [*leakages_of(fit).values()]
     rises = any(one.high < 0.0 for one in leak)
     if rises and leak[0].low > 0.0:

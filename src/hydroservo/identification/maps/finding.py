@@ -24,12 +24,7 @@ NOTE = "From and to: 95 % interval."
 
 
 def map_finding(static_map: "StaticMap", logs: Sequence[Path] = ()) -> Finding:
-    """What a static map says.
-
-    Args:
-        static_map: what ``map_logs`` returned.
-        logs: the files from which it is.
-    """
+    """What a static map says."""
     kind = static_map.kind.replace("-", " ").capitalize()
     loop = static_map.loop
     return Finding(

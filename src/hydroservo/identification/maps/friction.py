@@ -118,12 +118,7 @@ def point_of(one: Segment, stretch: Stretch, loop: Loop | None, piston: Piston |
 
 
 def drift_of(values: Samples, deviation: float) -> float:
-    """The standard deviation of a change along a stretch beyond noise, as friction varies with position.
-
-    Args:
-        values: shape (n,).
-        deviation: of their mean, as noise makes it.
-    """
+    """The standard deviation of a change along a stretch beyond noise, as friction varies with position."""
     if values.size < 2 * BLOCKS:
         return 0.0
     means = np.array([one.mean() for one in np.array_split(values, BLOCKS)])

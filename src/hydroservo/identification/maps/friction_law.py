@@ -83,9 +83,6 @@ def sum_at(points: Speeds) -> Interval | None:
     """Coulomb and viscous friction together, at the mean of the speeds: of a law of both, exactly.
 
     None where it is below 0, which is no friction. Of moves one way only a constant force is in it.
-
-    Args:
-        points: of a move each.
     """
     way = speeds_of(points, np.inf)
     speed = quantity(float(np.abs(way.velocity).mean()), "m/s").replace(MINUS, "-")

@@ -44,11 +44,6 @@ def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston 
     -h/2 as the command rises and +h/2 as it falls; p_L = p_A - p_B, or the load force over the piston's area
     of a plant that is described by its load pressure.
 
-    Args:
-        logs: with the command, and both pressures or the load force.
-        loop: of the scenario; None without one.
-        piston: of its plant.
-
     Source: ISO 10770-1 and SAE ARP490 (the mean slope within 40 % of the largest load pressure).
     Fails where the lines hold so much oil that the valve's leakage does not keep up with the sweep.
     """
@@ -127,13 +122,7 @@ def largest_of(sweeps: Sequence[Pass], loop: Loop | None, name: str) -> float:
 
 
 def line_of(sweeps: Sequence[Pass], reach: float, name: str) -> Line:
-    """The line through samples within 40 % of the largest load pressure.
-
-    Args:
-        sweeps: the passes.
-        reach: 40 % of the largest load pressure [Pa].
-        name: of the log.
-    """
+    """The line through samples within 40 % of the largest load pressure."""
     found = line_through(chosen(sweeps, -reach, reach))
     if found is not None:
         return found

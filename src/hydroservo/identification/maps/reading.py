@@ -25,25 +25,13 @@ SETTLED = 0.2  # of a stretch, after which friction and pressures have settled
 def logs_of(
     logs: Given | Sequence[Given], mapping: Mapping[str, str], needed: Sequence[str]
 ) -> list[Understood]:
-    """The logs, as they are understood.
-
-    Args:
-        logs: one or several, as :func:`~hydroservo.identification.maps.map_logs` takes them.
-        mapping: which column holds which signal.
-        needed: signals, besides the time, without which a log is none.
-    """
+    """The logs, as they are understood."""
     given = [logs] if isinstance(logs, str | Path | Mapping) else list(logs)
     return [understood(log, i) for i, log in enumerate(read_logs(given, mapping, (TIME, *needed)))]
 
 
 def demand(log: Understood, signals: Sequence[str], why: str) -> None:
-    """Refuse a log that lacks a signal, or in which it never changes.
-
-    Args:
-        log: the log.
-        signals: one of which must be there.
-        why: what needs it.
-    """
+    """Refuse a log that lacks a signal, or in which it never changes."""
     if not any(set(signals) & set(one.measured) for one in log.segments):
         names = " or ".join(f'"{name} [{SIGNALS[name].unit}]"' for name in signals)
         lacking = "changes" if set(signals) & set(log.log.signals) else "is there"
@@ -58,12 +46,7 @@ def velocity_of(one: Segment) -> Samples:
 
 
 def bridged(values: Samples, log: int) -> Samples:
-    """A signal with straight lines over what is missing.
-
-    Args:
-        values: shape (n,).
-        log: the number of the log, from 0.
-    """
+    """A signal with straight lines over what is missing."""
     places, there = np.arange(values.size), np.isfinite(values)
     if not there.any():
         raise ScenarioError(

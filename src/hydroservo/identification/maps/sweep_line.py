@@ -177,14 +177,7 @@ def too_fast(loops: Loops, widest: float, span: float) -> str:
 
 
 def check_slow(loops: Loops, widest: float, span: float, name: str) -> Iterator[str]:
-    """What there is to say of how fast the command was swept.
-
-    Args:
-        loops: between both directions.
-        widest: share of the command's span that they may lie apart.
-        span: of the command [V].
-        name: of the log.
-    """
+    """What there is to say of how fast the command was swept."""
     shown, made, rate = shown_in_volts(loops.apart[0], loops.made, loops.rate)
     whose = "the log" if loops.measured else "the scenario's valve and sampling"
     part = f"; the lag of {whose}, {quantity(loops.lag, 's')}, makes {made} of it" if loops.lag else ""

@@ -110,11 +110,6 @@ def chosen(sweeps: Sequence[Pass], low: float, high: float) -> list[Pass]:
 
     Samples chosen by their own answer would be those whose noise suits the choice, and bias a line. A pass
     that goes through a part of the range alone would weigh that part more.
-
-    Args:
-        sweeps: the passes.
-        low: mean answer from which on samples count.
-        high: mean answer up to which they do.
     """
     found = []
     for rising in {one.rising for one in sweeps}:
@@ -140,12 +135,6 @@ def swept_curve(sweeps: Sequence[Pass], name: str, unit: str, meaning: str) -> "
     """The mean answer at each command, rising and falling, with its scatter and 95 % interval.
 
     The scatter is what is left of a straight line through the samples around a point.
-
-    Args:
-        sweeps: the passes.
-        name: of the answer.
-        unit: of the answer, SI.
-        meaning: of the answer.
     """
     every = np.concatenate([one.command for one in sweeps])
     edges = np.linspace(every.min(), every.max(), BINS + 1)

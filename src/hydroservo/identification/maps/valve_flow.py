@@ -59,11 +59,6 @@ def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
     leaks and is compressed by the scenario's numbers too. With pressure_a measured it is that at half of the
     supply's drop, Q sqrt(d_0/d) with d the drop over the edge of port A that is open.
 
-    Args:
-        logs: with the command, and velocity or position.
-        loop: of the scenario: its supply, valve and stroke.
-        piston: of its plant.
-
     Source: ISO 10770-1 (flow curve, lap by straight lines that are carried on to no flow, hysteresis).
     Fails where leakage and compression count beside the flow and are not known, and for a flow whose gain
     bends: then a deviation from the lines is said.

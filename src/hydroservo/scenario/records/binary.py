@@ -49,14 +49,7 @@ class Table(NamedTuple):
 
 
 def read_binary_columns(path: Path, choose: Choose, largest: int, *, gaps: bool) -> Record:
-    """The chosen columns of a file whose ending is one of :data:`BINARY`, in its units.
-
-    Args:
-        path: of the file.
-        choose: the columns.
-        largest: how many bytes it may have.
-        gaps: samples may be missing.
-    """
+    """The chosen columns of a file whose ending is one of :data:`BINARY`, in its units."""
     name, kind = str(path), path.suffix.lower()
     check_regular(path, largest, name)
     try:

@@ -221,15 +221,7 @@ def find_header(name: str, headers: Sequence[Header], where: tuple[str, str]) ->
 
 
 def scaled_column(signal: str, field: Field, header: Header, unit: str, source: ColumnSource) -> Column:
-    """A column as that of a signal.
-
-    Args:
-        signal: its name.
-        field: its declaration.
-        header: the column's.
-        unit: that the user gives; "" for that of the header.
-        source: what the user says of it.
-    """
+    """A column as that of a signal."""
     if header.clock and field.unit == "s":
         return Column(signal, header, "s")
     unit = known_unit(unit or header.unit)

@@ -69,11 +69,6 @@ def text_table(path: Path, largest: int, fewest: int = 2) -> TextTable:
     The header is the last line of names in front of the first two rows of numbers, and below it may be a line
     of units; what stands before is passed over, as are comments. A comment in front of the rows is the header
     where no other line is.
-
-    Args:
-        path: of the file.
-        largest: how many bytes it may have.
-        fewest: columns that it must have.
     """
     name = str(path)
     text = read_record_text(path, largest, name)

@@ -20,11 +20,7 @@ ByLevel = Sequence[CellVerdict | None]  # of a cell, at each level; None where n
 
 
 def study_finding(studied: "Studied") -> Finding:
-    """What a study says.
-
-    Args:
-        studied: what ``study`` returned.
-    """
+    """What a study says."""
     found = findings(studied.manifest, studied.verdicts)
     title = str(studied.manifest["title"])
     has_fronts = any(one.points for own in found.verdicts.fronts.values() for one in own.values())

@@ -59,11 +59,6 @@ def repeats(
     """The run in the middle of each law in each cell at the level shown: the median error of its test runs.
 
     Of an even number it is the better one in the middle; a lost run's error counts as infinite.
-
-    Args:
-        table: the study's, with the column ``parameters``: JSON, path -> number in SI units.
-        found: what is reported.
-        conditions: of each cell whose runs can be repeated.
     """
     levels = found.manifest["search"]["levels"]
     choice = choose_gains(judged_columns(table), found.reference, levels, found.verdicts.rules)

@@ -42,14 +42,7 @@ class PaperFigure(NamedTuple):
 def draw_figures(
     trajectories: Trajectories, out: Path, origin: str, progress: Progress | None = None
 ) -> list[Path]:
-    """Write ``fig03`` to ``fig10`` as PNG and SVG.
-
-    Args:
-        trajectories: the six runs by name, such as "sine-tsmc".
-        out: the folder.
-        origin: names the results.
-        progress: called after each figure.
-    """
+    """Write ``fig03`` to ``fig10`` as PNG and SVG."""
     written = []
     for done, one in enumerate(FIGURES, 1):
         with style():
