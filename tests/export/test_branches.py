@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hydroservo import LoopError
-from hydroservo.export.c.proof import proof_of
+from hydroservo.export.c.project import proof_of
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.scenario import load_scenario, scenarios

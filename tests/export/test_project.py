@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export.c.project import c_project, memory, write_c_project
-from hydroservo.export.c.proof import proof_of
+from hydroservo.export.c.project import c_project, memory, proof_of, write_c_project
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.texts import WIDTH
 from hydroservo.export.unit import Part, Precision, Signal, Unit

@@ -7,8 +7,7 @@ import pytest
 
 from hydroservo import Loop, LoopError
 from hydroservo.errors import HydroservoError
-from hydroservo.export.c.project import Proof
-from hydroservo.export.c.proof import proven_vectors
+from hydroservo.export.c.project import Proof, proven_vectors
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.products import proof_line

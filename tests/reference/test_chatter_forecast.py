@@ -12,7 +12,7 @@ import pytest
 
 from hydroservo import linear, load_scenario, replace
 from hydroservo.audits import chatter
-from hydroservo.audits.frozen import frozen
+from hydroservo.audits.describing import frozen
 from tools.chatter import LAWS, Case, cases, judged
 
 ROOT = Path(__file__).parents[2]

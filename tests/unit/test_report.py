@@ -11,8 +11,18 @@ import pandas as pd
 import pytest
 
 from hydroservo.formatting import MINUS, TIMES
-from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Judgement, Outcome
-from hydroservo.papers.tsmc_eha_2021.conditions import LITERAL, REPRODUCED, Condition, Run, all_runs, runs_of
+from hydroservo.papers.tsmc_eha_2021.claims import (
+    CLAIMS,
+    LITERAL,
+    REPRODUCED,
+    Claim,
+    Condition,
+    Judgement,
+    Outcome,
+    Run,
+    all_runs,
+    runs_of,
+)
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES
 from hydroservo.papers.tsmc_eha_2021.report.folder import report_files, write_report
 from hydroservo.papers.tsmc_eha_2021.report.names import symbols

@@ -11,7 +11,7 @@ from hydroservo.controllers import DAC, PI, TSMC, Backstepping
 from hydroservo.loads import Recorded
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, scenarios
-from hydroservo.scenario.catalogue import builtin_texts
+from hydroservo.scenario.layers import builtin_texts
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, SecondOrderValve, StaticValve
 from tests.support.bases import on_base

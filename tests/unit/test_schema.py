@@ -12,8 +12,8 @@ from hydroservo.errors import ParameterError
 from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_plugin
-from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.keys import descriptions, keys_of, range_of, role_named, types_by_role
+from hydroservo.scenario.layers import builtin_texts
 from hydroservo.scenario.other_tables import KEYS
 from hydroservo.scenario.schema import scenario_schema
 from hydroservo.scenario.search import PARTS

@@ -6,8 +6,7 @@ from typing import Any
 from hydroservo.app.source import Source
 from hydroservo.scenario import Assembly, scenario_source
 from hydroservo.scenario.build import Draft
-from hydroservo.scenario.catalogue import builtin_texts
-from hydroservo.scenario.layers import nested
+from hydroservo.scenario.layers import builtin_texts, nested
 from hydroservo.scenario.tables import parsed
 
 

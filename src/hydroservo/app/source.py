@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 from hydroservo.errors import ScenarioError, short
 from hydroservo.outputs import write_text
 from hydroservo.scenario import Assembly, assembled
-from hydroservo.scenario.catalogue import builtin_texts
-from hydroservo.scenario.layers import OVERRIDES
+from hydroservo.scenario.layers import OVERRIDES, builtin_texts
 from hydroservo.scenario.tables import parsed
 
 PAGE = "the page's scenario"

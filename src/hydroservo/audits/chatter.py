@@ -8,8 +8,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.audits.describing import Describing, describing, limit_of
-from hydroservo.audits.frozen import busiest, frozen
+from hydroservo.audits.describing import Describing, busiest, describing, frozen, limit_of
 from hydroservo.audits.tone import SHARE
 from hydroservo.field import Field
 from hydroservo.loop import Loop

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from hydroservo.errors import ParameterError
-from hydroservo.export.c.project import Proof, check_project, write_c_project
-from hydroservo.export.c.proof import proven_vectors
+from hydroservo.export.c.project import Proof, check_project, proven_vectors, write_c_project
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.fmu import PARTS, check_clock, check_tools, checked_ending, write_fmu, write_ssp
 from hydroservo.export.of_loop import exported_unit

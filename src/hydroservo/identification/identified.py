@@ -23,11 +23,10 @@ from hydroservo.identification.problem import (
 from hydroservo.identification.problem_setup import problem_of, uncertain_numbers
 from hydroservo.identification.quality import held_out, log_fits
 from hydroservo.identification.regression import NORMAL
-from hydroservo.identification.result import Estimate, Fitted, Identified
+from hydroservo.identification.result import Estimate, Fitted, Identified, tables_or_remark
 from hydroservo.identification.search import Report, Solution, best_fit, misfit
 from hydroservo.identification.segments import Understood, understood
 from hydroservo.identification.uncertainty import Uncertainty, identifiable, uncertainty
-from hydroservo.identification.written import tables_or_remark
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.scenario.ranges import as_entries, both_ends

@@ -1,8 +1,7 @@
 """Scenarios: TOML files with units that describe a loop, and the built-in ones."""
 
-from hydroservo.scenario.catalogue import scenario_source, scenarios
 from hydroservo.scenario.datasheets import datasheet_columns
-from hydroservo.scenario.layers import parse_override
+from hydroservo.scenario.layers import parse_override, scenario_source, scenarios
 from hydroservo.scenario.load import Assembly, assembled, load_scenario
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.sampling import Drawn

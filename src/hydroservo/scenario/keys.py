@@ -16,8 +16,8 @@ from hydroservo.loop import Loop, Simulation
 from hydroservo.nearest import nearest
 from hydroservo.roles import Monitor
 from hydroservo.roles.saying import is_role
-from hydroservo.scenario.catalogue import is_builtin
 from hydroservo.scenario.fits import ROLES, hints, roles_of
+from hydroservo.scenario.layers import is_builtin
 from hydroservo.scenario.plugins import is_block_class
 from hydroservo.scenario.registry import Maker, known_classes, makers, makers_in_role
 

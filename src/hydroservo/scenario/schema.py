@@ -8,8 +8,8 @@ from hydroservo.field import OPEN, Field
 from hydroservo.loop import Loop
 from hydroservo.roles import Monitor
 from hydroservo.roles.saying import is_role
-from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of, summary
+from hydroservo.scenario.layers import builtin_texts
 from hydroservo.scenario.other_tables import FULL_SCALE
 from hydroservo.scenario.records.series import curve_keys
 from hydroservo.scenario.registry import Maker, makers, makers_in_role

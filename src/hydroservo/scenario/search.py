@@ -11,7 +11,7 @@ from hydroservo.field import declared_fields
 from hydroservo.linear.bounds import Bounds
 from hydroservo.loop import Loop
 from hydroservo.runs.aims import checked_effort, checked_weights, checked_whole, finite_numbers, metric_field
-from hydroservo.scenario.catalogue import named_source
+from hydroservo.scenario.layers import named_source
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.ranges import both_ends, check_path
 from hydroservo.scenario.tables import Entry, Table

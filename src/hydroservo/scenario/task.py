@@ -13,7 +13,7 @@ from hydroservo.loop import Loop
 from hydroservo.runs.aims import Aim, checked_aim
 from hydroservo.runs.arguments import checked_loops
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.scenario.catalogue import same_place
+from hydroservo.scenario.layers import same_place
 from hydroservo.scenario.load import Assembly, assembled, load_scenario
 from hydroservo.scenario.ranges import Relative, typed_scales
 from hydroservo.scenario.search import LIMITS, Range, Search, checked_part, searched_range

@@ -8,8 +8,7 @@ from typing import Any
 from hydroservo import builtin
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.nearest import one_of
-from hydroservo.scenario.catalogue import located, named_source
-from hydroservo.scenario.layers import layered, nested
+from hydroservo.scenario.layers import layered, located, named_source, nested
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.tables import Entry, Layer, Origin, Table, parsed
 from hydroservo.studies.asked import Axis, Conditions, Kind, Law, Level, ObserverChoice, Search, Study

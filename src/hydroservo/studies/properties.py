@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 
-from hydroservo.audits.frozen import busiest, exact, frozen
+from hydroservo.audits.describing import busiest, exact, frozen
 from hydroservo.block import replace
 from hydroservo.errors import HydroservoError
 from hydroservo.export.of_loop import exported_unit
@@ -55,7 +55,7 @@ def law_margins(loops: Sequence[Loop]) -> LawMargins:
     """The least margins of a law's loop, with its valve's lag, its sensors' and its hold's, as it samples.
 
     The points are the machine at rest under 0 V, and for each loop the instant at which its demand and load
-    are largest together; :func:`~hydroservo.audits.frozen.frozen` says how the machine moves there.
+    are largest together; :func:`~hydroservo.audits.describing.frozen` says how the machine moves there.
 
     Args:
         loops: those of the law on one machine, such as one for each kind of demand.

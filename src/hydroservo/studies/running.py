@@ -20,11 +20,10 @@ from hydroservo.scenario.load import Machine
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 from hydroservo.studies.asked import Kind, Law, Study
-from hydroservo.studies.cells import Cell, Entrant, cells_of, entrants_of, units_of
+from hydroservo.studies.cells import Cell, Entrant, cells_of, entrants_of, limited, table_of_limits, units_of
 from hydroservo.studies.contenders import blocks, over
 from hydroservo.studies.file import FILE, read_study
 from hydroservo.studies.fronts import choose_gains, points_of, reference_points, with_gains
-from hydroservo.studies.limiting import limited, table_of_limits
 from hydroservo.studies.properties import properties_in, property_units
 from hydroservo.studies.report.finding import study_finding
 from hydroservo.studies.trials import GAINS, Rules, judged_columns

@@ -1,7 +1,7 @@
 """Whether a block can be exported as C, and gives the same bits there."""
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.export.c.proof import proof_of
+from hydroservo.export.c.project import proof_of
 from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit

@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from hydroservo import HydroservoError, ScenarioError
-from hydroservo.studies.cells import entrants_of
+from hydroservo.studies.cells import Limited, entrants_of, limited
 from hydroservo.studies.file import read_study
-from hydroservo.studies.limiting import Limited, limited
 
 FILE = """
 base = "rig/noisy-1khz"

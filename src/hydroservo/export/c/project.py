@@ -1,21 +1,24 @@
-"""The folder that an export in C is: the code, a replay of test vectors, what builds them, and a README."""
+"""The folder that an export in C is, with a replay of test vectors, and its proof before it is written."""
 
 import re
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.errors import HydroservoError
-from hydroservo.export.c.vectors import Vectors
+from hydroservo.errors import HydroservoError, LoopError
+from hydroservo.export.c.vectors import Vectors, made_vectors
+from hydroservo.export.compilers import CompilerError, compiled, compiler, ran
 from hydroservo.export.texts import rendered
-from hydroservo.export.unit import Signal, Unit
-from hydroservo.outputs import check_outputs, staged, write_text
+from hydroservo.export.unit import Part, Signal, Unit
+from hydroservo.loop import Loop
+from hydroservo.outputs import check_outputs, staged, temporary_folder, write_text
 
 TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 OURS = "Written by hydroservo"
 OWN = re.compile(rf"{OURS}|\(scenario hash \w+, hydroservo ")  # the latter as vectors once began
 FIRST_LINES = 8
 SIZES = {"double": 8, "float": 4}  # bytes
+DEVIATES = "numbers in single precision deviate; README.md says by how much"
 
 
 class Proof(NamedTuple):
@@ -147,3 +150,69 @@ def numbers_in_c(unit: Unit, vectors: Vectors) -> dict[str, object]:
 def signals(unit: Unit) -> list[Signal]:
     """What ``step`` reads of its arguments, in their order."""
     return [signal for argument in unit.arguments for signal in argument.signals]
+
+
+def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
+    """Test vectors of an export, as of ``made_vectors``, that its C has passed here.
+
+    Args:
+        loop: of the scenario.
+        part: what of it is exported.
+        unit: the export.
+
+    Raises:
+        LoopError: the C is not what Python is, or the compiler of this computer refuses it.
+        ParameterError: the loop cannot be simulated.
+
+    Fails to prove anything of what these samples do not reach, and where there is no C compiler, as the proof
+    then says.
+    """
+    vectors = made_vectors(loop, part, unit)
+    return vectors, proof_of(unit, vectors)
+
+
+def proof_of(unit: Unit, vectors: Vectors) -> Proof:
+    """What the C compiler of this computer shows of an export."""
+    samples = len(vectors.expected)
+    with temporary_folder() as folder:
+        try:
+            said = replay_output(unit, vectors, folder)
+        except (CompilerError, LoopError) as error:
+            if why := compiler_fault(folder):
+                return Proof(samples, unproved=why)
+            raise LoopError(f"nothing is written: {error}; {whose_fault()}") from None
+    if unit.real != "double":
+        return Proof(samples, unproved=DEVIATES, deviation=said)
+    return Proof(samples, compiler=Path(compiler()[0]).name)
+
+
+def replay_output(unit: Unit, vectors: Vectors, folder: Path) -> str:
+    """What the replay of an export prints, whose numbers are those of the vectors in double precision."""
+    for name, text in c_project(unit, vectors).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    program = compiled(folder, [f"{unit.prefix}_replay.c", f"{unit.prefix}.c"], "try-replay")
+    done = ran(folder, [str(program)])
+    if done.returncode != 0 and (unit.real == "double" or not done.stdout):
+        lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
+        said = "; ".join(lines or [f"the replay ended with {done.returncode}"])
+        raise LoopError(f"the C differs from Python: {said}")
+    return done.stdout.strip()
+
+
+def compiler_fault(folder: Path) -> str:
+    """Why not even an empty program can be compiled and run here; empty if it can."""
+    (folder / "try-compiler.c").write_text("int main(void) { return 0; }\n", encoding="utf-8")
+    try:
+        empty = compiled(folder, ["try-compiler.c"], "try-compiler")
+        ends = ran(folder, [str(empty)]).returncode
+    except CompilerError as error:
+        return str(error)
+    return "what the C compiler builds does not run here" if ends != 0 else ""
+
+
+def whose_fault() -> str:
+    """What to do about C that does not compile, or is not what Python is."""
+    command = compiler()
+    if len(command) > 1:
+        return f"the environment's CC has options, {' '.join(command[1:])}: try without them"
+    return "this is a fault of hydroservo's translation, please report it with the law"

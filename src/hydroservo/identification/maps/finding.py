@@ -66,7 +66,7 @@ def rows_of(static_map: "StaticMap") -> list[list[Cell]]:
 
 
 def drawn(static_map: "StaticMap") -> "Plot":
-    from hydroservo.figures.static_map import plot_static_map
+    from hydroservo.figures.identified import plot_static_map
 
     return plot_static_map(static_map)
 

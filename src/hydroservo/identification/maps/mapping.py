@@ -16,9 +16,8 @@ from hydroservo.identification.maps.pressure_gain import pressure_gain
 from hydroservo.identification.maps.reading import logs_of, piston_of
 from hydroservo.identification.maps.result import Found, Interval, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow
-from hydroservo.identification.result import Estimate
+from hydroservo.identification.result import Estimate, tables_or_remark
 from hydroservo.identification.segments import Understood
-from hydroservo.identification.written import tables_or_remark
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.scenario.layers import nested

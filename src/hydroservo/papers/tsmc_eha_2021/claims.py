@@ -1,4 +1,4 @@
-"""The paper's claims as predicates over results.
+"""The paper's claims as predicates over results, and the conditions under which they are judged.
 
 Each claim compares what was measured with what it allows, at the worst of what it speaks of; it holds where
 their ratio is below 1. A run without that number gives infinity, as does one that diverged where the loop is
@@ -8,13 +8,25 @@ alone.
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, LOAD, OBSERVER, PERIOD, TERMINAL
+from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, LOAD, OBSERVER, PERIOD, TERMINAL, VALVE_LAG
 from hydroservo.runs.results import metrics_of
 
+DEMANDS = ("sine", "square")
+CONTROLLERS = ("pi", "backstepping", "tsmc")
+READINGS = ("corrected", "as printed")
+SCALES = (-1, 0, 1)
+REALISATIONS = {"explicit": "Explicit", "boundary layer": "BoundaryLayer", "implicit": "Implicit"}
+VALVES: dict[str, dict[str, object]] = {
+    "static": {"valve.type": "StaticValve"},
+    "10 ms lag": {"valve.type": "FirstOrderValve", "valve.time_constant": VALVE_LAG},
+}
+PERIODS = {"10 us": 1e-5, "100 us": 1e-4, "1 ms": 1e-3}
+STEP = 1e-5  # [s] the machine is integrated with this step whatever the sample period
 DEMAND_RMS = {"sine": AMPLITUDE / math.sqrt(2.0), "square": AMPLITUDE}
 SURFACE_GAIN = TERMINAL.linear_gain_1  # [1/s] mu_1, which carries a velocity error into xi2
 TRACKING = 0.20  # tracking, generously: steady rms error below this part of the demand's rms
@@ -30,6 +42,76 @@ FLOORS = f"(at least {LEAST_DISTURBANCE[0]:g} m/s^2 and {LEAST_DISTURBANCE[1]:g}
 SMALL_VELOCITY = f"{100 * CONVERGED:g} % of {1e3 * AMPLITUDE:g} mm/s"
 SMALL_FORCE = f"{100 * CONVERGED:g} % of {LOAD:g} N"
 SETTLED = f"within {SETTLED_AFTER:g} s of the start and of each jump"
+
+
+class Condition(NamedTuple):
+    """One way to read, perturb, realise and sample the study."""
+
+    reading: str
+    delta: int  # the six uncertain parameters are at nominal + delta Delta
+    realisation: str
+    valve: str
+    period: str
+
+
+REPRODUCED = Condition("corrected", 1, "boundary layer", "static", "10 us")  # as reproduced
+LITERAL = Condition("as printed", 1, "explicit", "static", "10 us")  # to the letter
+
+
+class Run(NamedTuple):
+    """One closed loop; ``realisation`` is "" for laws without an observer."""
+
+    demand: str
+    controller: str
+    reading: str
+    delta: int
+    realisation: str
+    valve: str
+    period: str
+
+    def scenario(self) -> str:
+        """The built-in scenario that this run varies."""
+        return f"paper/{self.demand}-{self.controller}"
+
+    def changes(self) -> dict[str, Any]:
+        """What this run changes in its scenario, as ``--set`` would; its reading is no part of that."""
+        period = PERIODS[self.period]
+        changes: dict[str, Any] = {
+            "uncertainty.scale": float(self.delta),
+            "simulation.period": period,
+            "simulation.substeps": round(period / STEP),
+        } | VALVES[self.valve]
+        if self.realisation:
+            changes["controller.observer.realisation.type"] = REALISATIONS[self.realisation]
+        return changes
+
+
+def all_conditions() -> list[Condition]:
+    """All conditions: readings x signs of Delta x realisations x valves x sample periods."""
+    return [Condition(*one) for one in product(READINGS, SCALES, REALISATIONS, VALVES, PERIODS)]
+
+
+def runs_of(condition: Condition) -> dict[tuple[str, str], Run]:
+    """The six runs of a condition by demand and controller."""
+    reading, delta, realisation, valve, period = condition
+    return {
+        (demand, controller): Run(
+            demand,
+            controller,
+            reading,
+            delta,
+            realisation if controller == "tsmc" else "",
+            valve,
+            period,
+        )
+        for demand, controller in product(DEMANDS, CONTROLLERS)
+    }
+
+
+def all_runs() -> list[Run]:
+    """Every run that some condition needs, once, the longest first."""
+    runs = dict.fromkeys(run for condition in all_conditions() for run in runs_of(condition).values())
+    return sorted(runs, key=lambda run: PERIODS[run.period])
 
 
 class Outcome(NamedTuple):

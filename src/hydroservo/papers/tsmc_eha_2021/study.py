@@ -7,16 +7,18 @@ from threading import Event
 from typing import TYPE_CHECKING, NamedTuple
 
 from hydroservo.loop import Loop
-from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Outcome, outcome
-from hydroservo.papers.tsmc_eha_2021.conditions import (
+from hydroservo.papers.tsmc_eha_2021.claims import (
+    CLAIMS,
     CONTROLLERS,
     DEMANDS,
     LITERAL,
     REPRODUCED,
     Condition,
+    Outcome,
     Run,
     all_conditions,
     all_runs,
+    outcome,
     runs_of,
 )
 from hydroservo.papers.tsmc_eha_2021.printed import printed

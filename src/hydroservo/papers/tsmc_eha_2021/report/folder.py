@@ -8,9 +8,7 @@ from hydroservo.formatting import quantity
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.outputs import staged, write_text
 from hydroservo.papers import tsmc_eha_2021 as paper
-from hydroservo.papers.tsmc_eha_2021 import conditions
-from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
-from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS, DEMANDS
+from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, CONTROLLERS, DEMANDS, LITERAL, REPRODUCED, STEP
 from hydroservo.papers.tsmc_eha_2021.errata import ERRATA
 from hydroservo.papers.tsmc_eha_2021.machine import COMMAND_LIMIT, DURATION
 from hydroservo.papers.tsmc_eha_2021.report import tables, theory
@@ -46,10 +44,10 @@ def page(study: Study, out: Path, fingerprint: str) -> str:
         runs=len(study.outcomes),
         duration=quantity(DURATION, "s"),
         limit=quantity(COMMAND_LIMIT.limit, "V"),
-        step=f"{1e6 * conditions.STEP:g} µs",
+        step=f"{1e6 * STEP:g} µs",
         summary=tables.summary(study),
-        reproduced=", ".join(condition_name(conditions.REPRODUCED)),
-        literal=", ".join(condition_name(conditions.LITERAL)),
+        reproduced=", ".join(condition_name(REPRODUCED)),
+        literal=", ".join(condition_name(LITERAL)),
         overview=address(out / "overview.svg"),
         map=address(out / "verdicts.svg"),
         verdicts=tables.verdict_rows(study),

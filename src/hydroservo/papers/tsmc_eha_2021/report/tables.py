@@ -9,8 +9,8 @@ from hydroservo import show
 from hydroservo.field import Field
 from hydroservo.formatting import column, measured, number, quantity, yes_or_no
 from hydroservo.metrics import METRIC_FIELDS
-from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Judgement, Results
-from hydroservo.papers.tsmc_eha_2021.conditions import (
+from hydroservo.papers.tsmc_eha_2021.claims import (
+    CLAIMS,
     CONTROLLERS,
     DEMANDS,
     LITERAL,
@@ -20,7 +20,10 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     REPRODUCED,
     SCALES,
     VALVES,
+    Claim,
     Condition,
+    Judgement,
+    Results,
     runs_of,
 )
 from hydroservo.papers.tsmc_eha_2021.report.names import (

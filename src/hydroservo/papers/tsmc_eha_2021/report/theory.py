@@ -9,8 +9,7 @@ import xarray as xr
 from hydroservo.controllers.tsmc import TSMC
 from hydroservo.formatting import NONE, number, quantity
 from hydroservo.observers.tsm import TSMObserver
-from hydroservo.papers.tsmc_eha_2021.claims import CONVERGED, SURFACE_GAIN
-from hydroservo.papers.tsmc_eha_2021.conditions import DEMANDS
+from hydroservo.papers.tsmc_eha_2021.claims import CONVERGED, DEMANDS, SURFACE_GAIN
 from hydroservo.papers.tsmc_eha_2021.lemmas import condition_17, condition_25, lemma_2
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, OBSERVER, TERMINAL
 from hydroservo.papers.tsmc_eha_2021.printed import printed_settling_bound

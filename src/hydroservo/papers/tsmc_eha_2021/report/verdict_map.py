@@ -13,8 +13,8 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from hydroservo.figures.style import Plot, figure, style
-from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
-from hydroservo.papers.tsmc_eha_2021.conditions import (
+from hydroservo.papers.tsmc_eha_2021.claims import (
+    CLAIMS,
     LITERAL,
     PERIODS,
     READINGS,
