@@ -14,9 +14,10 @@ from hydroservo.block import Block, leaves, replace
 from hydroservo.cosimulation import refuse_foreign
 from hydroservo.group import group, nested
 from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE
-from hydroservo.identification.observer import Later, Observer, corrector
+from hydroservo.identification.observer import Observer, corrector
 from hydroservo.identification.segments import Segment
 from hydroservo.limits.command import Playback
+from hydroservo.loads.later import LaterLoad
 from hydroservo.loop import AUTO, Loop
 from hydroservo.roles import at_samples
 from hydroservo.runs.cautions import quietly
@@ -111,9 +112,9 @@ def playing(loop: Loop, segment: Segment, substeps: int) -> Loop:
     )
     if EXTERNAL_FORCE in segment.inputs:
         series = TimeSeries.from_samples(segment.time - segment.start, segment.inputs[EXTERNAL_FORCE])
-        load: Block = Later(loads.Recorded(series))
+        load: Block = LaterLoad(loads.Recorded(series))
     else:
-        load = Later(loop.load, segment.start)
+        load = LaterLoad(loop.load, segment.start)
     law = Playback(np.ascontiguousarray(segment.inputs[COMMAND]))
     return loop._replace(simulation=simulation, controller=law, load=load, metrics=group({"seen": Seen()}))
 

@@ -1,15 +1,14 @@
-"""Loads and signals shifted in time, and an observer that makes a simulated machine follow a measured one."""
+"""Signals shifted in time, and an observer that makes a simulated machine follow a measured one."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Field, leaves
+from hydroservo.block import leaves
 from hydroservo.identification.log import OUTPUTS
-from hydroservo.roles import Load
 
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes
@@ -23,24 +22,6 @@ MEMORIES = 8.0  # after so many times its memory a gain has settled
 
 Matrix = NDArray[np.float64]
 After = Callable[[int, Matrix], None]
-
-
-class Later(NamedTuple):
-    """F(t) = F_load(t + begun) + push: the load of a scenario, in a run that begins at another time of it.
-
-    Source: a definition.
-    Fails to know when a periodic load began where the clock of a log is not that of the scenario.
-    """
-
-    load: Load
-    begun: Annotated[float, Field("s", "time of the load at the start of the run")] = 0.0
-    push: Annotated[float, Field("N", "force that no one recorded")] = 0.0
-
-    def force(self, t: float) -> float:
-        return self.load.force(t + self.begun) + self.push
-
-    def next_jump(self, t: float) -> Any:
-        return self.load.next_jump(t + self.begun) - self.begun
 
 
 def shifted(values: Samples, delay: float, whole: int | None = None) -> Samples:

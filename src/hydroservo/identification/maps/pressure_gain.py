@@ -12,15 +12,20 @@ from hydroservo.hooks import line_pressures
 from hydroservo.identification.log import COMMAND
 from hydroservo.identification.maps.reading import Piston, demand
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
-from hydroservo.identification.maps.sweep_line import (
+from hydroservo.identification.maps.sweeps import (
+    DENSE,
     Line,
+    Pass,
     check_slow,
+    chosen,
     hysteresis_of,
     lag_of,
     line_through,
     loops_of,
+    passes,
+    span_of,
+    swept_curve,
 )
-from hydroservo.identification.maps.sweeps import DENSE, Pass, chosen, passes, span_of, swept_curve
 from hydroservo.identification.regression import thinned
 from hydroservo.identification.segments import Segment, Understood
 from hydroservo.loop import Loop

@@ -12,16 +12,21 @@ from hydroservo.hooks import line_pressures
 from hydroservo.identification.log import COMMAND
 from hydroservo.identification.maps.reading import Piston, demand, velocity_of
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
-from hydroservo.identification.maps.sweep_line import (
+from hydroservo.identification.maps.sweeps import (
     Line,
+    Pass,
     check_slow,
+    chosen,
     hysteresis_of,
     lag_of,
     line_through,
     loops_of,
+    mean_answer,
+    passes,
+    span_of,
+    swept_curve,
     too_fast,
 )
-from hydroservo.identification.maps.sweeps import Pass, chosen, mean_answer, passes, span_of, swept_curve
 from hydroservo.identification.regression import thinned
 from hydroservo.identification.segments import Segment, Understood
 from hydroservo.loop import Loop
