@@ -6,9 +6,9 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.audits import Audit, Chatter
+from hydroservo.audits.audited import Strain, strain, strain_monitors
 from hydroservo.audits.facts import facts_of
 from hydroservo.audits.finding import verdicts
-from hydroservo.audits.strain import Strain, strain, strain_monitors
 from hydroservo.audits.sustained import CAUSES, OSCILLATION, Remains, Sustained, sustained
 from hydroservo.loop import Loop
 from hydroservo.show import Mark

@@ -150,13 +150,7 @@ def chatter(loop: Loop, *, time: float | None = None) -> Chatter:
 
 
 def chatter_of(found: Describing, limit: float, time: float) -> Chatter:
-    """What is foretold from a describing function.
-
-    Args:
-        found: N(A, w).
-        limit: the largest command [V].
-        time: the instant that it is of [s].
-    """
+    """What is foretold from a describing function."""
     cycles = limit_cycles(found)
     own = LimitCycle(forced(found, limit), found.frequency, soft=True)
     reached = fastest_of([own, *(one for one in cycles if one.soft)], limit)

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.audits.chatter import Chatter
-from hydroservo.audits.strain import Strain
 from hydroservo.audits.sustained import OSCILLATION, Sustained
 from hydroservo.formatting import counted, number, quantity
 from hydroservo.runs.behaviour import pressure_line
@@ -15,7 +14,7 @@ from hydroservo.show.finding import title_of
 
 if TYPE_CHECKING:
     from hydroservo.assumptions import Assumption
-    from hydroservo.audits.audited import Asked, Audit
+    from hydroservo.audits.audited import Asked, Audit, Strain
     from hydroservo.figures.style import Plot
 
 THRESHOLD = OSCILLATION.threshold
@@ -94,7 +93,7 @@ def forecast(one: Chatter | None, reason: str, run: Sustained | None) -> Line:
     return Line("No chatter is predicted", f" with {size} of command or more, {at}.{jolt}", Mark.GOOD)
 
 
-def strained(one: Strain) -> list[Line]:
+def strained(one: "Strain") -> list[Line]:
     """What a run asks of its machine that it may not have."""
     said = []
     lead, stop, rest = pressure_line(one._asdict()).partition(": ")

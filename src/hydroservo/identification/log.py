@@ -87,13 +87,7 @@ class Log(NamedTuple):
 def read_logs(
     logs: Sequence[Given], mapping: Mapping[str, Any], needed: Sequence[str] = (TIME, COMMAND)
 ) -> list[Log]:
-    """Logs in files, or at hand.
-
-    Args:
-        logs: paths, or mappings of signals.
-        mapping: as :func:`read_log` takes it.
-        needed: signals without which a log is none.
-    """
+    """Logs in files, or at hand."""
     if not logs:
         raise ParameterError("logs", "[]", "must be at least one")
     return [

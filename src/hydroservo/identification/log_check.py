@@ -40,10 +40,6 @@ def check_positions(logs: Iterable[Understood], stroke: float) -> None:
     """Refuse positions far outside of the stroke, as of a wrong unit or a zero at mid-stroke.
 
     With them the piston would begin behind the ends of its cylinder.
-
-    Args:
-        logs: as they are understood.
-        stroke: the longest that the machine may have [m].
     """
     if not math.isfinite(stroke):
         return

@@ -111,7 +111,10 @@ class HeldOut(NamedTuple):
 
 
 def held_out(problem: Problem, best: Solution) -> dict[tuple[int, str], HeldOut]:
-    """Fit the first four fifths of each segment, and simulate the last: the residuals of both."""
+    """Fit the first four fifths of each segment, and simulate the last: the residuals of both.
+
+    They are by log and signal, in the signal's unit.
+    """
     counted = {}
     for i, one in enumerate(problem.experiments):
         samples = one.segment.samples

@@ -58,11 +58,6 @@ class Candidate(NamedTuple):
 def candidates(samples: int, period: float, seed: int) -> list[Candidate]:
     """Commands of so many samples, as many of each kind.
 
-    Args:
-        samples: of each.
-        period: between them [s].
-        seed: of their bands, levels and phases.
-
     Source: Pintelon, Schoukens, System Identification, 2012, ch. 5 (multisines and chirps); Ljung, System
     Identification, 1999, sec. 13.3 (steps at random).
     Fails to hold the best command there is.

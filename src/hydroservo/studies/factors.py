@@ -31,7 +31,10 @@ class Means(NamedTuple):
 def means_of(
     trials: Mapping[str, Mapping[str, Trials]], laws: Mapping[str, Mapping[str, str]], rules: Rules
 ) -> dict[str, Means]:
-    """The mean logarithms of the errors of the laws that lack nothing and do not lose too many runs."""
+    """The mean logarithms of the errors of the laws that lack nothing and do not lose too many runs.
+
+    Only cells with two such laws or more have them, and none where no factor has two levels.
+    """
     whole = {name for name, own in laws.items() if not own["without"]}
     found: dict[str, Means] = {}
     if all(len({laws[law][factor] for law in whole}) < 2 for factor in FACTORS):

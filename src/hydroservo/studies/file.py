@@ -109,12 +109,7 @@ def ranges_in(table: Table, name: str) -> dict[str, Entry]:
 
 
 def read_study(source: str | Path, changes: Mapping[str, object] | None = None) -> Study:
-    """The study that a file asks for.
-
-    Args:
-        source: the path of a TOML file, or the name of a built-in study such as ``small``.
-        changes: values by dotted path that override those of the file.
-    """
+    """The study that a file asks for."""
     origin, content = located(source, "studies")
     overrides = Layer(Origin(f"{origin.name}, overridden", Path()), nested(changes or {}))
     top = Table("", (overrides, Layer(origin, parsed(content, origin.name))))

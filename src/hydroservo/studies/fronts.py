@@ -63,16 +63,8 @@ def choose_gains(
     """The gains of each law at each level: of the points that are calm enough the one with the least error.
 
     That with the fewest lost runs on validation, of these the one with the least mean error, of these the
-    calmest. A law without a point that is calm enough has none at that level.
-
-    Args:
-        runs: what :func:`~hydroservo.studies.trials.judged_columns` gives.
-        reference: the law whose activity levels are multiples of.
-        levels: they.
-        rules: of the comparison.
-
-    Returns:
-        The columns of ``GAINS`` and ``level``, a row for each law, cell and level.
+    calmest. A law without a point that is calm enough has none at that level. The columns are those of
+    ``GAINS``, and ``level``.
     """
     import pandas as pd
 
@@ -89,12 +81,7 @@ def choose_gains(
 
 
 def with_gains(choice: "pd.DataFrame", table: "pd.DataFrame") -> "pd.DataFrame":
-    """The rows of a choice with the gains themselves, as JSON in the column ``parameters``.
-
-    Args:
-        choice: what :func:`choose_gains` gives.
-        table: the study's.
-    """
+    """The rows of a choice with the gains themselves, as JSON in the column ``parameters``."""
     return choice.merge(table[[*GAINS, "parameters"]].drop_duplicates(GAINS), on=GAINS)
 
 
@@ -141,12 +128,6 @@ def fronts_of(
 
     A point with a lost run is on none. One that validation chose at a level stays where another one of its
     law beats it on test, for laws are compared by it.
-
-    Args:
-        runs: what :func:`~hydroservo.studies.trials.judged_columns` gives.
-        choice: what :func:`~hydroservo.studies.fronts.choose_gains` gives.
-        bases: the test runs of the reference at its own activity, by cell.
-        rules: of the comparison.
     """
     levels = choice.groupby(GAINS, observed=True)["level"].min().to_dict()
     most = runs.groupby(["cell", "law"], observed=True, as_index=False)["moved"].max()

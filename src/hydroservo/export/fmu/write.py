@@ -64,7 +64,7 @@ def options(platform: Platform) -> tuple[str, ...]:
 def binaries(
     files: Files, unit: Unit, version: FmiVersion, platforms: Iterable[Platform]
 ) -> dict[str, bytes]:
-    """A shared library for each platform, and the licences of what cross compilers link into them."""
+    """A shared library for each platform, and licences of what cross compilers link, by path in the FMU."""
     content = {}
     for platform in platforms:
         place = place_of(version, unit.prefix, platform)

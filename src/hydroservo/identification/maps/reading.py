@@ -128,11 +128,7 @@ class Stretch(NamedTuple):
 
 
 def stretches(one: Segment) -> Iterator[Stretch]:
-    """The stretches of constant speed in one without gaps; none in which the machine sticks and slips.
-
-    Args:
-        one: with a velocity or a position.
-    """
+    """The stretches of constant speed in one without gaps; none in which the machine sticks and slips."""
     velocity = velocity_of(one)
     noise = noise_of(velocity)
     width, smooth, deviation = smoothed(velocity, one.log)
