@@ -16,7 +16,6 @@ from hydroservo.identification.log_check import check_balance, check_positions, 
 from hydroservo.identification.one_step import best_prediction
 from hydroservo.identification.problem import (
     DELAY,
-    Ends,
     Problem,
     lie_at_ends,
 )
@@ -130,7 +129,7 @@ def identified(
         number(horizon, "horizon", HORIZON, float)
     assembly = assembled(source, changes, plugins)
     all_ranges = {**assembly.log_ranges, **ranges}
-    delays = delays_in(all_ranges)
+    delays = both_ends(all_ranges[DELAY], LATE, None) if DELAY in all_ranges else None
     varied = sought(assembly, {path: entry for path, entry in all_ranges.items() if path != DELAY})
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
     check_positions(taken, longest_stroke(assembly, varied))
@@ -178,11 +177,6 @@ def solved(problem: Problem, seed: int, horizon: float | None, report: Report) -
     if horizon is None:
         return problem, best
     return best_prediction(problem, best, horizon, lambda part: report(0.4 + 0.4 * part))
-
-
-def delays_in(ranges: Mapping[str, Entry]) -> Ends:
-    """Between which the delay of each log is sought [s]; None where nothing says so."""
-    return both_ends(ranges[DELAY], LATE, None) if DELAY in ranges else None
 
 
 def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:

@@ -25,8 +25,8 @@ from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.space import Space, latin_hypercube
 from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly
+from hydroservo.scenario.other_tables import Deviation
 from hydroservo.scenario.sampling import Variation, parameters_of
-from hydroservo.scenario.truth import Deviation
 from hydroservo.validation import within
 
 FAR = 2.0  # times an uncertainty, up to which a number is sought

@@ -21,7 +21,7 @@ from hydroservo.identification.uncertainty import Uncertainty
 from hydroservo.loop import Loop
 from hydroservo.scenario.layers import builtin_texts, nested
 from hydroservo.scenario.load import Assembly, Machine, assembled
-from hydroservo.scenario.truth import Value
+from hydroservo.scenario.other_tables import Value
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 

@@ -21,18 +21,19 @@ from hydroservo.scenario.fits import hints
 from hydroservo.scenario.fmus import names_fmu
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.other_tables import (
+    Truth,
     full_scale_in,
     log_columns,
     log_ranges,
     metrics_in,
     start_in,
     start_written_out,
+    truth_of,
 )
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.search import Search, tune_search
 from hydroservo.scenario.tables import Entry, Table
-from hydroservo.scenario.truth import Truth, truth_of
 from hydroservo.validation import consistent
 from hydroservo.valves.no_valve import NoValve
 from hydroservo.wiring import believed, is_open, wired, with_model

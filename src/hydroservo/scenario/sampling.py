@@ -19,10 +19,10 @@ from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import complete
 from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly, Machine, assembled, load_scenario
+from hydroservo.scenario.other_tables import Truth
 from hydroservo.scenario.ranges import as_entries, both_ends, check_path
 from hydroservo.scenario.search import Search
 from hydroservo.scenario.tables import Entry
-from hydroservo.scenario.truth import Truth
 from hydroservo.validation import checked, whole_number
 from hydroservo.wiring import wired
 
