@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 import hydroservo as hs
 from benchmarks.laws import PLAIN, Machine, Maths, State, demand, machine_of, machine_rates, rk4, wave
 from benchmarks.peers.jax import maths
-from hydroservo.block import value_at
+from hydroservo.core.block import value_at
 
 __all__ = ["NAMES", "measured"]
 

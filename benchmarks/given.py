@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo import Loop
-from hydroservo.block import value_at
+from hydroservo.core.block import value_at
 
 __all__ = ["AXIS", "LAW", "MACHINE", "named", "table"]
 

@@ -11,17 +11,17 @@ from numpy.typing import ArrayLike, NDArray
 from benchmarks.laws import PLAIN, machine_of, open_loop_rates, start
 from benchmarks.programmed_valve import ProgrammedValve
 from hydroservo import Loop
-from hydroservo.block import value_at
-from hydroservo.controllers import PI
-from hydroservo.drives import ValveOnSupply
-from hydroservo.metrics import monitors_of
-from hydroservo.monitors import Oscillation
-from hydroservo.plants import Cylinder
-from hydroservo.references import Ramp
+from hydroservo.control.controllers import PI
+from hydroservo.control.metrics import monitors_of
+from hydroservo.control.monitors import Oscillation
+from hydroservo.control.references import Ramp
+from hydroservo.core.block import value_at
+from hydroservo.machine.drives import ValveOnSupply
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.sensors import IdealSensors
+from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.run import ready, with_metrics
 from hydroservo.scenario import load_scenario
-from hydroservo.sensors import IdealSensors
-from hydroservo.starts import AsBuilt
 from hydroservo.testing.examples import example
 
 __all__ = ["ACCURACY", "Job", "Result", "device_job", "end_state", "jobs"]

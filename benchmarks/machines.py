@@ -11,21 +11,21 @@ from benchmarks.jobs import Job
 from benchmarks.machine import described
 from benchmarks.worker import Failed, Worker
 from hydroservo import Loop
-from hydroservo.block import leaves
-from hydroservo.controllers import DAC, PI
+from hydroservo.control.controllers import DAC, PI
+from hydroservo.control.holds import DelayedHold
+from hydroservo.control.loop import Simulation
+from hydroservo.control.references import Sine
+from hydroservo.core.block import leaves
+from hydroservo.core.roles import Integrator
 from hydroservo.engine.lanes import LANES
-from hydroservo.holds import DelayedHold
-from hydroservo.integrators import RK4, Rosenbrock
-from hydroservo.loop import Simulation
-from hydroservo.mechanics import LuGre, OneLinkArm, Stribeck
-from hydroservo.oils import AeratedOil
-from hydroservo.plants import Cylinder
-from hydroservo.references import Sine
-from hydroservo.roles import Integrator
-from hydroservo.sensors import RigSensors
-from hydroservo.supplies import GasAccumulator, PumpSupply
+from hydroservo.machine.integrators import RK4, Rosenbrock
+from hydroservo.machine.mechanics import LuGre, OneLinkArm, Stribeck
+from hydroservo.machine.oils import AeratedOil
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.sensors import RigSensors
+from hydroservo.machine.supplies import GasAccumulator, PumpSupply
+from hydroservo.machine.valves import FourEdges, SecondOrderValve
 from hydroservo.testing.examples import example
-from hydroservo.valves import FourEdges, SecondOrderValve
 
 __all__ = ["INTEGRATORS", "loops", "machines"]
 

@@ -51,7 +51,7 @@ def without_metrics() -> None:
 
 
 def without_integration() -> None:
-    from hydroservo.integrators import RK4
+    from hydroservo.machine.integrators import RK4
 
     RK4.substep = stopped  # type: ignore[method-assign, assignment]
 
@@ -75,7 +75,7 @@ def exchange(module: str, name: str, function: Callable[..., Any]) -> None:
     """Puts a cheap function in the place of one of ops, before anything is compiled."""
     from hydroservo import ops
 
-    place = sys.modules[f"hydroservo.ops.{module}"]
+    place = sys.modules[f"hydroservo.core.ops.{module}"]
     function.__name__, function.__module__ = name, place.__name__
     setattr(place, name, function)
     setattr(ops, name, function)
@@ -125,7 +125,7 @@ def measured(part: str) -> Section:
 
 
 def drawn(loop: Any, path: str, runs: int) -> Any:
-    from hydroservo.block import value_at
+    from hydroservo.core.block import value_at
 
     spread = np.random.default_rng(1).uniform(-SPREAD[path], SPREAD[path], runs)
     return value_at(loop, path) * (1.0 + spread)

@@ -4,9 +4,9 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field
+from hydroservo.core.block import Field
+from hydroservo.machine.valves import Orifice
 from hydroservo.testing.examples import example
-from hydroservo.valves import Orifice
 
 __all__ = ["ProgrammedValve", "ProgrammedValveState"]
 

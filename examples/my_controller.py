@@ -12,9 +12,9 @@ From a scenario: ``hydroservo run my.toml --plugin my_controller.py``.
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ops
-from hydroservo.controllers import Saturation
-from hydroservo.roles import Controller, role
-from hydroservo.signals import Demand, Measurement
+from hydroservo.control.controllers import Saturation
+from hydroservo.core.roles import Controller, role
+from hydroservo.core.signals import Demand, Measurement
 
 
 class PressureFeedbackPIState(NamedTuple):

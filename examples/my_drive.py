@@ -7,10 +7,10 @@ From a scenario: ``hydroservo run my_drive.toml --plugin my_drive.py``.
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field
-from hydroservo.block import Block
-from hydroservo.drives import ValveOnSupply
-from hydroservo.roles import Drive, role
-from hydroservo.signals import Feed, PortFlows
+from hydroservo.core.block import Block
+from hydroservo.core.roles import Drive, role
+from hydroservo.core.signals import Feed, PortFlows
+from hydroservo.machine.drives import ValveOnSupply
 
 
 @role(Drive)

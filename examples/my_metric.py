@@ -7,8 +7,8 @@ From a scenario: ``hydroservo run my_metric.toml --plugin my_metric.py``.
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ops
-from hydroservo.loop import Loop, LoopState
-from hydroservo.roles import Monitor, role
+from hydroservo.control.loop import Loop, LoopState
+from hydroservo.core.roles import Monitor, role
 
 
 class Times(NamedTuple):

@@ -7,10 +7,10 @@ From a scenario: ``hydroservo run my_plant.toml --plugin my_plant.py``.
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ParameterError
-from hydroservo.drives.ports import Ports
-from hydroservo.plants import LoadPressurePlant
-from hydroservo.roles import Plant, role
-from hydroservo.signals import MachineOutputs, PortFlows, Pressures
+from hydroservo.core.roles import Plant, role
+from hydroservo.core.signals import MachineOutputs, PortFlows, Pressures
+from hydroservo.machine.drives.ports import Ports
+from hydroservo.machine.plants import LoadPressurePlant
 
 
 class HoistState(NamedTuple):

@@ -7,9 +7,9 @@ From a scenario: ``type = "MeanErrorP"`` in ``[controller]``, and ``--plugin my_
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field
-from hydroservo.roles import Controller, role
-from hydroservo.signals import Demand, Measurement
-from hydroservo.vectors import vector
+from hydroservo.core.roles import Controller, role
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.core.vectors import vector
 
 Errors = vector("Errors", 5, Field("m/s", "velocity error, by age"))
 

@@ -13,8 +13,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import hydroservo as hs
+from hydroservo.control.loop import Loop
 from hydroservo.identification.result import Identified
-from hydroservo.loop import Loop
 
 FOLDER = Path(__file__).resolve().parents[1] / "examples" / "crane"
 SCENARIO, FILE = FOLDER / "crane.toml", FOLDER / "crane.csv"

@@ -3,9 +3,9 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field
-from hydroservo.block import Block
-from hydroservo.roles import Controller, role
-from hydroservo.signals import Demand, Measurement
+from hydroservo.core.block import Block
+from hydroservo.core.roles import Controller, role
+from hydroservo.core.signals import Demand, Measurement
 
 
 class WithoutRatesState(NamedTuple):

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from hydroservo import load_scenario, simulate
-from hydroservo.constants import ATMOSPHERE, GRAVITY
-from hydroservo.drives import open_ports
-from hydroservo.mechanics import Mass, NoStops, OneLinkArm, Viscous, ViscousState
-from hydroservo.oils import AeratedOil, ConstantOil
-from hydroservo.plants import Cylinder, CylinderState
-from hydroservo.signals import PortFlows, Pressures
-from hydroservo.supplies import GasAccumulator, PumpSupply
+from hydroservo.core.constants import ATMOSPHERE, GRAVITY
+from hydroservo.core.signals import PortFlows, Pressures
+from hydroservo.machine.drives import open_ports
+from hydroservo.machine.mechanics import Mass, NoStops, OneLinkArm, Viscous, ViscousState
+from hydroservo.machine.oils import AeratedOil, ConstantOil
+from hydroservo.machine.plants import Cylinder, CylinderState
+from hydroservo.machine.supplies import GasAccumulator, PumpSupply
+from hydroservo.machine.valves import FourEdges, SecondOrderValve, SecondOrderValveState
 from hydroservo.testing.examples import example
-from hydroservo.valves import FourEdges, SecondOrderValve, SecondOrderValveState
 
 INCH, POUND, PSI = 0.0254, 0.45359237, 6894.757293168361
 VAST = 1e6  # by which a chamber and its oil's stiffness grow together, so that its volume stays what it is

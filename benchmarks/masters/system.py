@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo import simulate
+from hydroservo.control.loop import Loop
 from hydroservo.export.fmu import PARTS, FmiVersion, write_fmu, write_ssp
 from hydroservo.export.fmu.ssp import Connection, connections
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
-from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 
 __all__ = [

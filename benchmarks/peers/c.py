@@ -21,7 +21,7 @@ from benchmarks.given import AXIS, LAW, MACHINE, table
 from benchmarks.isa import gcc_flags, lanes, widest
 from benchmarks.jobs import Job, Result, end_state
 from benchmarks.peer import STEPS, Prepared, cheapest
-from hydroservo.block import value_at
+from hydroservo.core.block import value_at
 
 __all__ = ["Scalar", "Vector"]
 

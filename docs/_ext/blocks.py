@@ -2,7 +2,7 @@
 
 ::
 
-    .. blocks:: hydroservo.controllers
+    .. blocks:: hydroservo.control.controllers
        :roles: Controller Limiter
        :wrappers: without
 

@@ -19,8 +19,8 @@ from IPython.display import Image, Markdown
 from matplotlib.figure import Figure
 
 from hydroservo import load_scenario, simulate
+from hydroservo.core.formatting import NONE, readable_unit
 from hydroservo.figures.style import figure, style
-from hydroservo.formatting import NONE, readable_unit
 from hydroservo.linear.reading import READ, read_as
 from hydroservo.linear.standing import standing_of
 

@@ -12,8 +12,8 @@ from typing import Any, ForwardRef, NamedTuple
 from sphinx.application import Sphinx
 from sphinx.util.typing import ExtensionMetadata
 
-from hydroservo.field import declared_fields
-from hydroservo.roles.saying import is_role
+from hydroservo.core.field import declared_fields
+from hydroservo.core.roles.saying import is_role
 from hydroservo.scenario.keys import Key, keys_of, range_of
 
 

@@ -13,7 +13,7 @@ from IPython.display import Markdown
 from matplotlib.figure import Figure
 
 import hydroservo as hs
-from hydroservo.block import values
+from hydroservo.core.block import values
 from hydroservo.figures.style import PALETTE, figure, style
 from hydroservo.scenario.load import assembled
 

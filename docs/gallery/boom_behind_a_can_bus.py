@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import hydroservo as hs
-from hydroservo.time_series import TimeSeries
+from hydroservo.core.time_series import TimeSeries
 
 Path("boom.toml").write_text("""
 controls = { type = "Command" }

@@ -9,9 +9,9 @@ from typing import Annotated, NamedTuple
 
 import hydroservo as hs
 from hydroservo import Field, ops
-from hydroservo.controllers import Saturation
-from hydroservo.roles import Controller, role
-from hydroservo.signals import Demand, Measurement
+from hydroservo.control.controllers import Saturation
+from hydroservo.core.roles import Controller, role
+from hydroservo.core.signals import Demand, Measurement
 
 
 class State(NamedTuple):

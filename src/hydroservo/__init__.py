@@ -23,8 +23,8 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    home = _HOMES[name]
-    return import_module(f"{home}.{name}") if home == __name__ else getattr(import_module(home), name)
+    home = import_module(_HOMES[name])
+    return vars(home)[name] if name in vars(home) else import_module(f"{home.__name__}.{name}")
 
 
 def __dir__() -> list[str]:

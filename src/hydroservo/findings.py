@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from hydroservo.block import is_block
-from hydroservo.errors import ParameterError
-from hydroservo.metrics import default_metric
-from hydroservo.nearest import one_of
+from hydroservo.control.metrics import default_metric
+from hydroservo.core.block import is_block
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.nearest import one_of
 from hydroservo.runs.arguments import checked_runs, is_result
 from hydroservo.runs.results import metric_fields
 

@@ -14,7 +14,7 @@ from hydroservo.app.form import form_of, numbers_in
 from hydroservo.app.jobs import JOBS
 from hydroservo.app.source import Home, source_of
 from hydroservo.app.trajectory import MOST_POINTS, thinned
-from hydroservo.errors import HydroservoError, ParameterError, ScenarioError
+from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError
 from hydroservo.scenario import assembled, scenarios
 from tests.support.synthetic_logs import SCENARIO, exact_log, with_units
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hydroservo.formatting import NONE
+from hydroservo.core.formatting import NONE
 from tests.support.browser import MASS, answered, enter, field, in_full_contrast, numbers_shown, problem
 
 pytestmark = pytest.mark.slow

@@ -97,8 +97,8 @@ def test_each_machine_is_measured_and_shown(tmp_path: Path) -> None:
 
 
 def test_the_machines_grow() -> None:
-    from hydroservo.block import leaves
-    from hydroservo.validation import checked
+    from hydroservo.core.block import leaves
+    from hydroservo.core.validation import checked
 
     states = [len(list(leaves(loop.machine(loop.init())))) for loop in map(checked, loops().values())]
     assert states == sorted(states)

@@ -5,9 +5,9 @@ import math
 
 import pytest
 
-from hydroservo.assumptions import above
 from hydroservo.audits import Asked, Audit, Chatter
 from hydroservo.audits.finding import audit_finding
+from hydroservo.core.assumptions import above
 from hydroservo.show import Cell
 from tests.support import plugins
 from tests.support.brink import brink_file
@@ -98,7 +98,7 @@ OWN = (
     plugins.LAW
     + """
     def assumptions(self, facts):
-        from hydroservo.assumptions import sampled_faster
+        from hydroservo.core.assumptions import sampled_faster
 
         return [sampled_faster(self.gain, facts, "the gain")]
 """

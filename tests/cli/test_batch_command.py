@@ -16,7 +16,7 @@ import hydroservo
 from hydroservo import simulate
 from hydroservo.cli import batch as command_module
 from hydroservo.cli import progress as progress_module
-from hydroservo.metrics import declared_metrics, usual
+from hydroservo.control.metrics import declared_metrics, usual
 from hydroservo.runs.batch_finding import batch_finding, remarkable_run
 from hydroservo.runs.provenance import provenance, scenario_hash
 from hydroservo.runs.trace import judged

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from hydroservo import ParameterError, ScenarioError, simulate, simulate_batch
-from hydroservo.block import replace
-from hydroservo.mechanics import Mass
-from hydroservo.oils import ConstantOil
-from hydroservo.plants import Cylinder
+from hydroservo.core.block import replace
+from hydroservo.machine.mechanics import Mass
+from hydroservo.machine.oils import ConstantOil
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.valves import FirstOrderValve, Orifice
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, parse_override, plugins
-from hydroservo.valves import FirstOrderValve, Orifice
 from tests.support.bases import on_base
 from tests.support.commands import batches
 from tests.support.commands.batches import again, alone
@@ -170,8 +170,8 @@ def test_ten_thousand_runs_are_made_within_seconds(file):
 
 PLUGIN = """
 from typing import Annotated, NamedTuple
-from hydroservo.block import Field
-from hydroservo.signals import Demand
+from hydroservo.core.block import Field
+from hydroservo.core.signals import Demand
 
 class Fixed(NamedTuple):
     value: Annotated[float, Field("m/s", "value")] = 0.0

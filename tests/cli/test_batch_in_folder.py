@@ -15,8 +15,8 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-from hydroservo.errors import HydroservoError
-from hydroservo.outputs import PREFIX
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.outputs import PREFIX
 from hydroservo.scenario import parts
 from hydroservo.work import cluster
 from tests.support.commands.processes import HYDROSERVO, needs_posix

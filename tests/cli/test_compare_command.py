@@ -7,8 +7,8 @@ import pytest
 
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.cli.run import short_names
-from hydroservo.formatting import NONE
-from hydroservo.references import Ramp, Sine, Square, Step
+from hydroservo.control.references import Ramp, Sine, Square, Step
+from hydroservo.core.formatting import NONE
 from hydroservo.runs.comparison_finding import best_as_read
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hydroservo.formatting import brief
+from hydroservo.core.formatting import brief
 from hydroservo.identification.maps import map_logs
 from hydroservo.identification.maps.finding import map_finding
 from hydroservo.scenario import load_scenario

@@ -15,8 +15,8 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+from hydroservo.core.outputs import PREFIX
 from hydroservo.figures import style
-from hydroservo.outputs import PREFIX
 from hydroservo.runs import results
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario

@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 
 import hydroservo
-from hydroservo.formatting import NONE
-from hydroservo.metrics import declared_metrics, usual
+from hydroservo.control.metrics import declared_metrics, usual
+from hydroservo.core.formatting import NONE
 from hydroservo.runs import results, run_finding
 from hydroservo.runs.divergence import BEYOND
 from hydroservo.runs.results import Format

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydroservo
-from hydroservo.formatting import MINUS, NONE, brief
+from hydroservo.core.formatting import MINUS, NONE, brief
 from tests.support.bases import on_base
 from tests.support.commands.runner import PLUGIN, failed, succeeded
 from tests.support.commands.tuning import (

@@ -6,11 +6,11 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from hydroservo import references
-from hydroservo.block import Field, declared_fields, is_block
-from hydroservo.roles import Reference, role
+from hydroservo.core.block import Field, declared_fields, is_block
+from hydroservo.core.roles import Reference, role
+from hydroservo.core.signals import Demand
 from hydroservo.scenario import registry
 from hydroservo.scenario.fits import said_roles
-from hydroservo.signals import Demand
 from hydroservo.testing import BlockContract
 from tests.support.roles import blocks, identifier
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydroservo.block import Block
-from hydroservo.loads import Sine, Square, Step
-from hydroservo.roles import Load
+from hydroservo.core.block import Block
+from hydroservo.core.roles import Load
+from hydroservo.machine.loads import Sine, Square, Step
 from hydroservo.testing.drawing import ORDINARY, block_of
 from hydroservo.testing.examples import example
 from tests.support.roles import identifier, playing

@@ -9,8 +9,8 @@ from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.errors import ParameterError
-from hydroservo.holds import DelayedHold
+from hydroservo.control.holds import DelayedHold
+from hydroservo.core.errors import ParameterError
 from hydroservo.runs.cautions.records import check_records
 from hydroservo.runs.run import ready
 from hydroservo.scenario.fits import ROLES

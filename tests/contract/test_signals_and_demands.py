@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, ScenarioError, load_scenario, plot, replace, simulate, simulate_batch, tune
-from hydroservo.block import value_at
+from hydroservo.core.block import value_at
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part

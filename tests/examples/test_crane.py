@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import hydroservo as hs
-from hydroservo.block import leaves
+from hydroservo.core.block import leaves
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "crane.md").read_text(encoding="utf-8")

@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 
 from hydroservo import Loop, Simulation, replace, simulate
+from hydroservo.core.signals import PortFlows
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import PortFlows
 from hydroservo.testing.examples import example
 from tests.support.synthetic_logs import EXAMPLE, exact_log, recorded, with_units
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo.block import declared_fields
+from hydroservo.core.block import declared_fields
 from hydroservo.scenario.registry import PACKAGES
 
 PAGE = Path(__file__).parents[2] / "docs" / "nomenclature.md"

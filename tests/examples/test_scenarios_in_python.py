@@ -7,14 +7,14 @@ from typing import Any
 import pytest
 
 from hydroservo import Loop, load_scenario, replace, simulate
-from hydroservo.block import is_block, leaves, model_in
+from hydroservo.control.monitors.group import Usual
+from hydroservo.control.wiring import believed
+from hydroservo.core.block import is_block, leaves, model_in
 from hydroservo.engine.flat import shape
-from hydroservo.monitors.group import Usual
-from hydroservo.plants import DesignModel
+from hydroservo.machine.plants import DesignModel
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
 from hydroservo.testing.bits import bits
-from hydroservo.wiring import believed
 from tests.support.equality import assert_same_block
 from tests.support.scenarios import LOOPS
 

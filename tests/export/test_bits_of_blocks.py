@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, Simulation, replace
-from hydroservo.block import Block
-from hydroservo.group import nested
-from hydroservo.holds import DelayedHold
-from hydroservo.plants import DesignModel
-from hydroservo.roles import ControlledSignal, Integrator, Monitor, Start
+from hydroservo.control.holds import DelayedHold
+from hydroservo.control.wiring import with_model
+from hydroservo.core.block import Block
+from hydroservo.core.group import nested
+from hydroservo.core.roles import ControlledSignal, Integrator, Monitor, Start
+from hydroservo.machine.plants import DesignModel
+from hydroservo.machine.starts import AsBuilt
 from hydroservo.scenario.fits import ROLES
-from hydroservo.starts import AsBuilt
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import signal_for, with_its_machine
-from hydroservo.wiring import with_model
 from tests.support.export.agreement import assert_same_run
 from tests.support.roles import NOTHING, blocks, role_of
 from tests.support.strategies import choices, going_together

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, Simulation
-from hydroservo.block import leaves
+from hydroservo.core.block import leaves
+from hydroservo.core.roles import Controller
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.engine import flat
 from hydroservo.engine.compiling import compiled
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
-from hydroservo.roles import Controller
 from hydroservo.runs.run import ready
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import signal_for
 from tests.support.export.agreement import same_bits

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydroservo import simulate
-from hydroservo.block import leaves
+from hydroservo.core.block import leaves
 from hydroservo.export.parts import Command, ControllerUnit, ExternalForce, MachineUnit
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, Simulation
-from hydroservo.controllers import PI, TSMC, Saturation
-from hydroservo.errors import LoopError, ParameterError
+from hydroservo.control.controllers import PI, TSMC, Saturation
+from hydroservo.core.errors import LoopError, ParameterError
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.texts import WIDTH, comment
 from hydroservo.export.unit import Part, Precision, Unit

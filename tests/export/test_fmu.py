@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from hydroservo.errors import HydroservoError
+from hydroservo.core.errors import HydroservoError
 from hydroservo.export import compilers
 from hydroservo.export.compilers import this_platform
 from hydroservo.export.fmu import FmiVersion, contents, write, write_fmu

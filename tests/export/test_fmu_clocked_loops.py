@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from hydroservo import simulate
+from hydroservo.control.loop import Loop
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
-from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 from tests.support.export.fmus import Instance, unpacked
 

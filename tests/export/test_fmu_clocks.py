@@ -14,7 +14,7 @@ from fmpy import fmi3
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
-from hydroservo.errors import ParameterError
+from hydroservo.core.errors import ParameterError
 from hydroservo.export.fmu import FmiVersion, write_fmu
 from tests.support.export.fmus import Instance, mass, unpacked
 from tests.support.export.toy import toy

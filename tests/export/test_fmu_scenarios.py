@@ -9,11 +9,11 @@ import pytest
 import xarray as xr
 
 from hydroservo import simulate
+from hydroservo.control.loop import Loop
 from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.fmu.contents import fmu_files
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Signal, Unit
-from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 from tests.support.export.fmus import Instance, parts_make_the_run
 from tests.support.scenarios import MACHINES

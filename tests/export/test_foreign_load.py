@@ -10,10 +10,10 @@ import pytest
 import xarray as xr
 
 from hydroservo import simulate, simulate_batch
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import LoopError
 from hydroservo.cosimulation.instance import Instance
-from hydroservo.errors import LoopError
 from hydroservo.linear.places import is_unstable
-from hydroservo.loop import Loop
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
 from tests.support.export.foreign import (

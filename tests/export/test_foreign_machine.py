@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from hydroservo import simulate
-from hydroservo.errors import LoopError, ParameterError, ScenarioError
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import LoopError, ParameterError, ScenarioError
 from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
-from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.load import assembled
 from tests.support.export.foreign import folder

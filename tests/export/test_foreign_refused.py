@@ -12,11 +12,11 @@ import pytest
 
 from hydroservo import simulate, simulate_batch
 from hydroservo.audits import audit
-from hydroservo.errors import HydroservoError, LoopError, ScenarioError
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import HydroservoError, LoopError, ScenarioError
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.linear import linearize
-from hydroservo.loop import Loop
 from hydroservo.runs.stepping import SteppedRuns
 from hydroservo.scenario import fmus, load_plugin, load_scenario
 from tests.support.export.foreign import SPRING, foreign_load, state_space

@@ -10,16 +10,16 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 from hydroservo import simulate
-from hydroservo.block import leaves, replace
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import leaves, replace
+from hydroservo.core.signals import MachineOutputs
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.of_loop import exported_unit, nominal_size
 from hydroservo.export.unit import Part
-from hydroservo.loads import Step
-from hydroservo.loop import Loop
-from hydroservo.plants import Cylinder
+from hydroservo.machine.loads import Step
+from hydroservo.machine.plants import Cylinder
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import MachineOutputs
 from hydroservo.testing.examples import example
 from tests.support.export.exchanges import Exchange, rk4
 from tests.support.export.fmus import Instance, unpacked

@@ -6,13 +6,13 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from hydroservo.errors import ParameterError
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ParameterError
 from hydroservo.export.c.project import write_c_project
 from hydroservo.export.fmu import write_fmu
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.texts import checked_prefix, default_prefix
 from hydroservo.export.unit import Part, Precision
-from hydroservo.loop import Loop
 from tests.support.export.projects import TITLE, check, unit
 
 FMU_SOURCES = sorted(file.name for file in (resources.files("hydroservo.export.fmu") / "sources").iterdir())

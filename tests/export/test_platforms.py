@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.export import compilers
 from hydroservo.export.compilers import TOOLCHAINS, platforms_named, this_platform
 from hydroservo.export.fmu import FmiVersion, Platform, check_tools, write_fmu

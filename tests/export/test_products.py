@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import HydroservoError, ParameterError
+from hydroservo.core.outputs import OutputError
 from hydroservo.export import products
 from hydroservo.export.c.project import Proof
 from hydroservo.export.products import export_c, export_fmu, export_ssp
-from hydroservo.loop import Loop
-from hydroservo.outputs import OutputError
 from hydroservo.scenario import load_scenario
 from tests.support.needs import needs
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydroservo.errors import HydroservoError
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import HydroservoError
 from hydroservo.export.c.project import c_project, memory, proof_of, write_c_project
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.texts import WIDTH
 from hydroservo.export.unit import Part, Precision, Signal, Unit
-from hydroservo.loop import Loop
 from tests.support.export.projects import TITLE, check, make, unit
 from tests.support.needs import needs
 from tools.targets.boards import BOARDS, COMPILER, Board

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hydroservo import Loop, LoopError
-from hydroservo.errors import HydroservoError
+from hydroservo.core.errors import HydroservoError
 from hydroservo.export.c.project import Proof, proven_vectors
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.of_loop import exported_unit

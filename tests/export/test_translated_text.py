@@ -9,7 +9,7 @@ from types import FunctionType
 import pytest
 
 from hydroservo import Loop
-from hydroservo.errors import HydroservoError
+from hydroservo.core.errors import HydroservoError
 from hydroservo.export.c.project import write_c_project
 from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.of_loop import exported_unit

@@ -255,9 +255,9 @@ REFUSED = [
         "return LawState(np.interp(s.u, [0.0], [1.0]), 0.0)",
         0,
         "np.interp",
-        "hydroservo.curve.Curve",
+        "hydroservo.core.curve.Curve",
     ),
-    ("return LawState(np.zeros(2)[0], 0.0)", 0, "np.zeros", "hydroservo.vectors.vector"),
+    ("return LawState(np.zeros(2)[0], 0.0)", 0, "np.zeros", "hydroservo.core.vectors.vector"),
     (
         "return LawState(np.random.normal(), 0.0)",
         0,
@@ -349,7 +349,7 @@ def test_what_is_no_float_for_a_block_that_takes_floats_is_refused_with_the_laws
 ) -> None:
     text = TEXT.replace(
         "from hydroservo import ops\n",
-        "from hydroservo import ops\nfrom hydroservo.time_series import TimeSeries\n",
+        "from hydroservo import ops\nfrom hydroservo.core.time_series import TimeSeries\n",
     )
     text = text.replace("\n    def init", "    series: TimeSeries = TimeSeries()\n\n    def init", 1)
     text += f"        return LawState(self.series.value({given}), 0.0)\n"

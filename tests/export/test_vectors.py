@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from hydroservo.control.loop import Loop
 from hydroservo.export.c.vectors import HUGE, Vectors
 from hydroservo.export.unit import Part, Unit
-from hydroservo.loop import Loop
 from hydroservo.runs.run import simulate
 from tests.support.export.projects import scenario, unit
 

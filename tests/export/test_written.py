@@ -2,12 +2,12 @@
 
 import pytest
 
-from hydroservo import states
+from hydroservo.core import states
+from hydroservo.core.ops import random
 from hydroservo.export.c.primitives import NUMBERS, WRITTEN
 from hydroservo.language.program import Program
 from hydroservo.language.scope import TranslationError
 from hydroservo.language.terms import INT, REAL
-from hydroservo.ops import random
 
 
 @pytest.mark.parametrize("origin", NUMBERS, ids=lambda origin: origin.__name__)

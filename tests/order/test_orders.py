@@ -10,16 +10,16 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hydroservo import Loop, ops
-from hydroservo.block import Block, leaves
-from hydroservo.drives import ValveOnSupplyState
+from hydroservo.control.loop import MachineState
+from hydroservo.core.block import Block, leaves
 from hydroservo.engine.compiling import compiled
-from hydroservo.integrators import RK4, Rosenbrock, Tsit5
-from hydroservo.loads import Sine
-from hydroservo.loop import MachineState
-from hydroservo.plants import LoadPressureState
-from hydroservo.supplies import IdealSupplyState
+from hydroservo.machine.drives import ValveOnSupplyState
+from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
+from hydroservo.machine.loads import Sine
+from hydroservo.machine.plants import LoadPressureState
+from hydroservo.machine.supplies import IdealSupplyState
+from hydroservo.machine.valves import FirstOrderValve, FirstOrderValveState
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, FirstOrderValveState
 
 
 @cache

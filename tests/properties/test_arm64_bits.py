@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, load_scenario, simulate
-from hydroservo.block import value_at
+from hydroservo.core.block import value_at
 from hydroservo.runs.batch import simulate_batch
 from tests.support.arm64 import Arm64Kernel, kernels_for_arm64
 from tests.support.digests import digest

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
 from hydroservo import loads, references
-from hydroservo.block import Block
-from hydroservo.references import Chirp, Multisine, Ramp, Recorded, Sine, Step
-from hydroservo.time_series import TimeSeries
+from hydroservo.control.references import Chirp, Multisine, Ramp, Recorded, Sine, Step
+from hydroservo.core.block import Block
+from hydroservo.core.time_series import TimeSeries
 
 amplitudes = st.floats(1e-3, 1.0)
 frequencies = st.floats(0.01, 100.0)

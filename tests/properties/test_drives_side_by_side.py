@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.drives import Counterbalance, Hoses, LoadSensing, PressureCompensator, PumpDrive
-from hydroservo.group import group
-from hydroservo.metrics import declared_metrics, monitors_of
-from hydroservo.monitors import Energy, PistonTravel
-from hydroservo.monitors.group import by_class
-from hydroservo.plants import Cylinder
+from hydroservo.control.metrics import declared_metrics, monitors_of
+from hydroservo.control.monitors import Energy, PistonTravel
+from hydroservo.control.monitors.group import by_class
+from hydroservo.core.group import group
+from hydroservo.machine.drives import Counterbalance, Hoses, LoadSensing, PressureCompensator, PumpDrive
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.supplies import IdealSupply
+from hydroservo.machine.valves import NoValve
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.run import ready
 from hydroservo.runs.step_sizes import fastest
-from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
-from hydroservo.valves import NoValve
 
 WATCHED = group(by_class([Energy(), PistonTravel()]))
 PUMPED = example(

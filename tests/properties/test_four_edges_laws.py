@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.signals import PortFlows, Pressures
+from hydroservo.core.signals import PortFlows, Pressures
+from hydroservo.machine.valves import CurvedEdges, FourCurves, FourEdges, StraightEdges
 from hydroservo.testing.examples import example
-from hydroservo.valves import CurvedEdges, FourCurves, FourEdges, StraightEdges
 
 openings = st.one_of(st.just(0.0), st.floats(1e-9, 5e-3), st.floats(-5e-3, -1e-9))
 pressures = st.floats(-1e5, 5e7)

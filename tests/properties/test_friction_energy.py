@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.mechanics import LuGre, LuGreState, Stribeck, StribeckState, Viscous, ViscousState
+from hydroservo.machine.mechanics import LuGre, LuGreState, Stribeck, StribeckState, Viscous, ViscousState
 from hydroservo.testing.examples import example
 
 velocities = st.floats(-1.0, 1.0)

@@ -11,15 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.controllers import PI, TSMC
-from hydroservo.metrics import declared_metrics, monitors_of
-from hydroservo.observers import Implicit, TSMObserver
-from hydroservo.references import Square
+from hydroservo.control.controllers import PI, TSMC
+from hydroservo.control.metrics import declared_metrics, monitors_of
+from hydroservo.control.observers import Implicit, TSMObserver
+from hydroservo.control.references import Square
+from hydroservo.control.wiring import wired
+from hydroservo.machine.valves import FirstOrderValve, FourCurves, FourEdges, StaticValve
 from hydroservo.runs import batch
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, FourCurves, FourEdges, StaticValve
-from hydroservo.wiring import wired
 
 pytestmark = [  # each compiles lanes
     pytest.mark.slow,

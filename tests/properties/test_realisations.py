@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from hydroservo.observers import BoundaryLayer, Explicit, Implicit
+from hydroservo.control.observers import BoundaryLayer, Explicit, Implicit
 
 
 def powers_of_ten(low: float, high: float) -> st.SearchStrategy[float]:

@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.controllers import PI
-from hydroservo.metrics import declared_metrics, monitors_of
+from hydroservo.control.controllers import PI
+from hydroservo.control.metrics import declared_metrics, monitors_of
+from hydroservo.machine.sensors import NoisySensors
+from hydroservo.machine.valves import FirstOrderValve
 from hydroservo.runs import batch
 from hydroservo.runs.batch import simulate_batch
-from hydroservo.sensors import NoisySensors
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve
 
 LOOP = example(
     Loop,

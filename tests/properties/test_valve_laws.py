@@ -6,9 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.controllers import Saturation
+from hydroservo.control.controllers import Saturation
+from hydroservo.machine.valves import (
+    FirstOrderValve,
+    FirstOrderValveState,
+    Orifice,
+    StaticValve,
+    StaticValveState,
+)
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, FirstOrderValveState, Orifice, StaticValve, StaticValveState
 
 openings = st.floats(-5e-3, 5e-3)
 pressures = st.floats(-5e7, 5e7)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hydroservo import load_scenario, simulate
-from hydroservo.block import value_at
+from hydroservo.core.block import value_at
 from hydroservo.linear.open_loop import opened
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.scenario import scenarios

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, load_scenario, replace
-from hydroservo.controlled import Velocity
-from hydroservo.controllers import PI
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.controllers import PI
 from hydroservo.linear.linearize import linearized
 from hydroservo.linear.measured import GIVEN, Experiment, measured
 from hydroservo.linear.operating_point import OperatingPoint, machine_point, operating_point
-from hydroservo.mechanics import LuGre, Mass, SwingingLoad, Viscous
-from hydroservo.plants import LoadPressurePlant
-from hydroservo.sensors import IdealSensors
+from hydroservo.machine.mechanics import LuGre, Mass, SwingingLoad, Viscous
+from hydroservo.machine.plants import LoadPressurePlant
+from hydroservo.machine.sensors import IdealSensors
 
 SHUT = {  # edges that overlap and do not leak, so that oil is a spring and nothing else
     "valve.orifice.clearance": 0.0,

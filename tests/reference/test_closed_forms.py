@@ -8,16 +8,16 @@ import pytest
 from scipy.optimize import fsolve
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.controllers import PI
-from hydroservo.controllers.pi import PIState
-from hydroservo.drives import ValveOnSupplyState
-from hydroservo.loads import Constant
-from hydroservo.loop import MachineState
-from hydroservo.plants import DesignModel, LoadPressurePlant, LoadPressureState
-from hydroservo.signals import Demand, Measurement, PortFlows
-from hydroservo.supplies import IdealSupplyState
+from hydroservo.control.controllers import PI
+from hydroservo.control.controllers.pi import PIState
+from hydroservo.control.loop import MachineState
+from hydroservo.core.signals import Demand, Measurement, PortFlows
+from hydroservo.machine.drives import ValveOnSupplyState
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.plants import DesignModel, LoadPressurePlant, LoadPressureState
+from hydroservo.machine.supplies import IdealSupplyState
+from hydroservo.machine.valves import Orifice, StaticValveState
 from hydroservo.testing.examples import example
-from hydroservo.valves import Orifice, StaticValveState
 
 # Nominal values and uncertainties: Sec. 4 of doi:10.1007/s42401-021-00087-w
 MASS, DAMPING, AREA, VOLUME, BULK, LEAKAGE = 6.0, 50.0, 4.91e-4, 8.74e-5, 7.0e8, 2.5e-11

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hydroservo.block import Block
-from hydroservo.drives import open_ports
-from hydroservo.mechanics import Mass, NoStops, OneLinkArm, Stops, Viscous, ViscousState
-from hydroservo.oils import AeratedOil, ConstantOil
-from hydroservo.plants import Cylinder, CylinderState, LoadPressurePlant, LoadPressureState
-from hydroservo.signals import PortFlows, Pressures
+from hydroservo.core.block import Block
+from hydroservo.core.signals import PortFlows, Pressures
+from hydroservo.machine.drives import open_ports
+from hydroservo.machine.mechanics import Mass, NoStops, OneLinkArm, Stops, Viscous, ViscousState
+from hydroservo.machine.oils import AeratedOil, ConstantOil
+from hydroservo.machine.plants import Cylinder, CylinderState, LoadPressurePlant, LoadPressureState
+from hydroservo.machine.valves import Orifice
 from hydroservo.testing.examples import example
-from hydroservo.valves import Orifice
 
 ATMOSPHERE = 101325.0
 CLOSED = PortFlows(0.0, 0.0, 0.0, 0.0)

@@ -11,13 +11,13 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from hydroservo import ops
-from hydroservo.block import Block, Field
+from hydroservo.control.holds import DelayedHold
+from hydroservo.control.holds.delayed import DelayedHoldState, HeldTwice
+from hydroservo.core.block import Block, Field
+from hydroservo.core.roles import Integrator
 from hydroservo.engine.compiling import compiled
-from hydroservo.holds import DelayedHold
-from hydroservo.holds.delayed import DelayedHoldState, HeldTwice
-from hydroservo.integrators import RK4, Rosenbrock, Tsit5
-from hydroservo.loads import Sine, Square, Step
-from hydroservo.roles import Integrator
+from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
+from hydroservo.machine.loads import Sine, Square, Step
 
 PERIOD, LAG = 1e-3, 1e-2  # [s]
 SAMPLES = 200

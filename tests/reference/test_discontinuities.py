@@ -7,19 +7,19 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.controllers import PI
-from hydroservo.errors import HydroservoWarning
-from hydroservo.integrators import RK4, Rosenbrock, Tsit5
-from hydroservo.loads import Constant
-from hydroservo.loop import AUTO
-from hydroservo.mechanics import Stops, Stribeck
-from hydroservo.oils import AeratedOil
-from hydroservo.plants import Cylinder
-from hydroservo.references import Square
-from hydroservo.roles import Integrator
-from hydroservo.supplies import PumpSupply
+from hydroservo.control.controllers import PI
+from hydroservo.control.loop import AUTO
+from hydroservo.control.references import Square
+from hydroservo.core.errors import HydroservoWarning
+from hydroservo.core.roles import Integrator
+from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.mechanics import Stops, Stribeck
+from hydroservo.machine.oils import AeratedOil
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.supplies import PumpSupply
+from hydroservo.machine.valves import FirstOrderValve, FourEdges
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, FourEdges
 
 STROKE = 0.078
 LOOP = Loop(

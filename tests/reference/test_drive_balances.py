@@ -10,8 +10,13 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from hydroservo import Loop, replace
-from hydroservo.block import values
-from hydroservo.drives import (
+from hydroservo.control.loop import MachineState
+from hydroservo.control.wiring import wired
+from hydroservo.core.block import values
+from hydroservo.core.hooks import resting
+from hydroservo.core.signals import PortFlows
+from hydroservo.core.states import filled
+from hydroservo.machine.drives import (
     CheckValve,
     Counterbalance,
     Hoses,
@@ -22,17 +27,12 @@ from hydroservo.drives import (
     PumpDrive,
     ValveOnSupply,
 )
-from hydroservo.hooks import resting
-from hydroservo.loop import MachineState
-from hydroservo.mechanics import Mass, Viscous
-from hydroservo.oils import ConstantOil
-from hydroservo.plants import Cylinder, LoadPressurePlant
-from hydroservo.signals import PortFlows
-from hydroservo.states import filled
-from hydroservo.supplies import IdealSupply, ReliefValve
+from hydroservo.machine.mechanics import Mass, Viscous
+from hydroservo.machine.oils import ConstantOil
+from hydroservo.machine.plants import Cylinder, LoadPressurePlant
+from hydroservo.machine.supplies import IdealSupply, ReliefValve
+from hydroservo.machine.valves import FourEdges, NoValve, StaticValve
 from hydroservo.testing.examples import example
-from hydroservo.valves import FourEdges, NoValve, StaticValve
-from hydroservo.wiring import wired
 
 OIL = ConstantOil(1e9)
 ROD = Cylinder(

@@ -11,8 +11,8 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from hydroservo.engine.compiling import compiled
-from hydroservo.integrators import RK4
-from hydroservo.mechanics import LuGre, LuGreState, Stops, Stribeck, StribeckState
+from hydroservo.machine.integrators import RK4
+from hydroservo.machine.mechanics import LuGre, LuGreState, Stops, Stribeck, StribeckState
 from hydroservo.testing.examples import example
 
 # Table I of Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40(3), 1995; unit mass

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from hydroservo.control.synthesis.linear_model import at_rest
+from hydroservo.control.synthesis.lqr import lqr
+from hydroservo.control.synthesis.riccati import solution
+from hydroservo.control.synthesis.sampled import under_held_input
 from hydroservo.linear.margins import Margins, margins_of
 from hydroservo.linear.open_loop import OpenLoop
-from hydroservo.plants import DesignModel
-from hydroservo.synthesis.linear_model import at_rest
-from hydroservo.synthesis.lqr import lqr
-from hydroservo.synthesis.riccati import solution
-from hydroservo.synthesis.sampled import under_held_input
+from hydroservo.machine.plants import DesignModel
 from hydroservo.testing.examples import example
 
 PLANTS = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.block import value_at
+from hydroservo.core.block import value_at
 from tests.support.synthetic_logs import (
     RANGES,
     SCENARIO,

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, ParameterError, linearize, load_scenario, replace, simulate
-from hydroservo.controlled import Velocity
-from hydroservo.controllers import PI, StateSpace
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.controllers import PI, StateSpace
+from hydroservo.control.references import Sine
 from hydroservo.interop import to_law, to_scenario, to_statespace
-from hydroservo.plants import LoadPressurePlant
-from hydroservo.references import Sine
-from hydroservo.sensors import IdealSensors
+from hydroservo.machine.plants import LoadPressurePlant
+from hydroservo.machine.sensors import IdealSensors
 
 SAME = 1e-9
 

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, limit, load_scenario, replace
-from hydroservo.block import Field
-from hydroservo.controlled import Position
-from hydroservo.controllers import PI, Saturation
-from hydroservo.controllers.rate_limit import RateLimit
-from hydroservo.drives.ports import Ports
+from hydroservo.control.controlled import Position
+from hydroservo.control.controllers import PI, Saturation
+from hydroservo.control.controllers.rate_limit import RateLimit
+from hydroservo.control.references import Sine, Step
+from hydroservo.core.block import Field
+from hydroservo.core.signals import MachineOutputs, PortFlows, Pressures
 from hydroservo.limits.command import Playback, command_limits
 from hydroservo.limits.machine import lawless, machine_limits
-from hydroservo.loads import Constant
-from hydroservo.references import Sine, Step
-from hydroservo.signals import MachineOutputs, PortFlows, Pressures
-from hydroservo.valves import StaticValve
+from hydroservo.machine.drives.ports import Ports
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.valves import StaticValve
 
 PERIOD, SUBSTEPS = 1e-3, 4
 QUICK = {"simulation.duration": 0.25, "reference.period": 0.3}  # of a square: it jumps at 0.15 s

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from hydroservo import ParameterError, linearize, load_scenario, replace
-from hydroservo.controllers import PI, Saturation
-from hydroservo.holds import DelayedHold
+from hydroservo.control.controllers import PI, Saturation
+from hydroservo.control.holds import DelayedHold
+from hydroservo.control.loop import Loop
 from hydroservo.interop import from_statespace, to_nlsys, to_statespace
 from hydroservo.linear import Linearization, margins
 from hydroservo.linear.linearize import linearized
@@ -18,8 +19,7 @@ from hydroservo.linear.operating_point import OperatingPoint, machine_point, ope
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.responses import responses
 from hydroservo.linear.textbook import textbook
-from hydroservo.loop import Loop
-from hydroservo.mechanics import Viscous
+from hydroservo.machine.mechanics import Viscous
 
 SYMMETRIC = [  # the machines of a load pressure, and commands [V]
     ("paper/sine-pi", 0.0),

@@ -7,17 +7,17 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hydroservo import Loop, ParameterError, replace, simulate
-from hydroservo.block import value_at, values
-from hydroservo.drives import Lines
-from hydroservo.hooks import resting
-from hydroservo.oils import AeratedOil, ConstantOil
-from hydroservo.plants import Cylinder, LoadPressurePlant
+from hydroservo.core.block import value_at, values
+from hydroservo.core.hooks import resting
+from hydroservo.core.signals import Feed, Pressures
+from hydroservo.core.states import filled
+from hydroservo.machine.drives import Lines
+from hydroservo.machine.oils import AeratedOil, ConstantOil
+from hydroservo.machine.plants import Cylinder, LoadPressurePlant
+from hydroservo.machine.valves import NoEdges
 from hydroservo.runs.cautions.mismatches import mismatch_cautions
 from hydroservo.runs.run import complete
-from hydroservo.signals import Feed, Pressures
-from hydroservo.states import filled
 from hydroservo.testing.examples import example
-from hydroservo.valves import NoEdges
 from tests.support.axes import commanded_axis, step, viscous
 
 LENGTH, BORE, VISCOSITY, BULK, DENSITY = 30.0, 12e-3, 32e-6, 1.2e9, 850.0

@@ -8,17 +8,17 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hydroservo import Loop, Simulation, simulate
-from hydroservo.block import Block, leaves
-from hydroservo.controllers import PI
-from hydroservo.drives import ValveOnSupplyState
+from hydroservo.control.controllers import PI
+from hydroservo.control.loop import MachineState
+from hydroservo.control.references import Sine
+from hydroservo.core.block import Block, leaves
 from hydroservo.engine.compiling import compiled
-from hydroservo.integrators import RK4
-from hydroservo.loads import Sine as SineLoad
-from hydroservo.loop import MachineState
-from hydroservo.references import Sine
-from hydroservo.supplies import IdealSupplyState
+from hydroservo.machine.drives import ValveOnSupplyState
+from hydroservo.machine.integrators import RK4
+from hydroservo.machine.loads import Sine as SineLoad
+from hydroservo.machine.supplies import IdealSupplyState
+from hydroservo.machine.valves import FirstOrderValve, StaticValve
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, StaticValve
 
 DURATION, PERIOD, SUBSTEPS = 1.0, 1e-3, 50
 TOLERANCE = 1e-8  # largest error over 1 s of each state, relative to its largest size

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.errors import ScenarioError
+from hydroservo.core.errors import ScenarioError
 from tests.support.bench_simulator import Bench, case, closed, moved, seen, triangle
 from tests.support.map_logs import scenario
 

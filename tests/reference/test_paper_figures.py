@@ -9,18 +9,18 @@ Source of the parameters: doi:10.1007/s42401-021-00087-w, Sec. 4.
 import pytest
 import xarray as xr
 
-from hydroservo.block import replace
-from hydroservo.controllers import PI, TSMC, Backstepping
-from hydroservo.loads import Constant
-from hydroservo.loop import Loop
-from hydroservo.observers import Explicit, Implicit, TSMObserver
+from hydroservo.control.controllers import PI, TSMC, Backstepping
+from hydroservo.control.loop import Loop
+from hydroservo.control.observers import Explicit, Implicit, TSMObserver
+from hydroservo.control.references import Square
+from hydroservo.control.wiring import believed
+from hydroservo.core.block import replace
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.plants import DesignModel
 from hydroservo.papers.tsmc_eha_2021.lemmas import lemma_2
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
-from hydroservo.plants import DesignModel
-from hydroservo.references import Square
 from hydroservo.runs.run import simulate
 from hydroservo.testing.examples import example
-from hydroservo.wiring import believed
 
 WIDE = example(TSMObserver, switching_gain_2=1e5)  # the printed D_2 = 100 N/s is short
 NOMINAL = example(DesignModel)  # what the laws believe: the machine before its uncertainty

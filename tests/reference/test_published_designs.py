@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from hydroservo.synthesis.coprime import StateSpace, robust_controller
-from hydroservo.synthesis.loop_shaping import to_bilinear
-from hydroservo.synthesis.riccati import solution
-from hydroservo.synthesis.sampled import under_held_input
+from hydroservo.control.synthesis.coprime import StateSpace, robust_controller
+from hydroservo.control.synthesis.loop_shaping import to_bilinear
+from hydroservo.control.synthesis.riccati import solution
+from hydroservo.control.synthesis.sampled import under_held_input
 
 INTEGRATORS, PUSH = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([0.0, 1.0])
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hydroservo.drives import CheckValve, PumpDrive, PumpDriveState
-from hydroservo.signals import Feed, Pressures
-from hydroservo.valves import NoEdges
+from hydroservo.core.signals import Feed, Pressures
+from hydroservo.machine.drives import CheckValve, PumpDrive, PumpDriveState
+from hydroservo.machine.valves import NoEdges
 
 PSI = 6894.757  # Pa
 REV = 2.0 * math.pi  # rad

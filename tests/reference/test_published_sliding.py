@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from hydroservo.observers import Explicit, Implicit
+from hydroservo.control.observers import Explicit, Implicit
 
 # control/src/tests/iSMC.ref and eSMC.ref of siconos/siconos: dx/dt = A x + B u under u = u_eq + u_s, with u_s
 # of size 1 against the sign of C x, taken at the next sample or at this one; rows of sample, x1, x2, u.

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from hydroservo import ops
+from hydroservo.core.ops.random import philox
 from hydroservo.engine import flat
 from hydroservo.engine.compiling import compiled
-from hydroservo.ops.random import philox
 
 # Rows "philox4x32 10" of tests/kat_vectors in Random123 1.14.0: counter, key, answer
 ANSWERS = [

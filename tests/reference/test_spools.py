@@ -221,9 +221,9 @@ LAW = '''
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ops
-from hydroservo.controllers import Saturation
-from hydroservo.curve import Curve
-from hydroservo.roles import Controller, role
+from hydroservo.control.controllers import Saturation
+from hydroservo.core.curve import Curve
+from hydroservo.core.roles import Controller, role
 
 
 class ScheduledState(NamedTuple):

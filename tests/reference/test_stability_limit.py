@@ -8,11 +8,11 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from hydroservo import Loop, Simulation, simulate
-from hydroservo.controllers import PI
-from hydroservo.loads import Constant
-from hydroservo.references import Step
+from hydroservo.control.controllers import PI
+from hydroservo.control.references import Step
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.valves import FirstOrderValve
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve
 
 # Nominal values: Sec. 4 of doi:10.1007/s42401-021-00087-w
 MASS, DAMPING, AREA, VOLUME, BULK, LEAKAGE = 6.0, 50.0, 4.91e-4, 8.74e-5, 7.0e8, 2.5e-11

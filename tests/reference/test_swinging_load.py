@@ -9,9 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hydroservo import ParameterError, simulate
-from hydroservo.block import Block, Field
-from hydroservo.loop import Loop, Simulation
-from hydroservo.mechanics import (
+from hydroservo.control.loop import Loop, Simulation
+from hydroservo.core.block import Block, Field
+from hydroservo.core.roles import Mechanism, role
+from hydroservo.core.signals import PortFlows, Pressures
+from hydroservo.machine.mechanics import (
     Mass,
     NoStops,
     OneLinkArm,
@@ -20,9 +22,7 @@ from hydroservo.mechanics import (
     SwingingLoadState,
     Viscous,
 )
-from hydroservo.plants import Cylinder, CylinderState
-from hydroservo.roles import Mechanism, role
-from hydroservo.signals import PortFlows, Pressures
+from hydroservo.machine.plants import Cylinder, CylinderState
 from hydroservo.testing.examples import example
 
 ARM = example(OneLinkArm, level_angle=1.2)

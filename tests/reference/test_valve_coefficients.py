@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
-from hydroservo.signals import Pressures
+from hydroservo.core.signals import Pressures
+from hydroservo.machine.valves import FourEdges
 from hydroservo.testing.examples import example
-from hydroservo.valves import FourEdges
 
 SUPPLY = 70e5
 SHARP = example(FourEdges, clearance=0.0, transition_drop=0.0)

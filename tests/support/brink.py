@@ -6,7 +6,7 @@ from pathlib import Path
 import tomli_w
 
 from hydroservo import load_scenario
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
 from hydroservo.scenario.layers import nested
 
 INNER = "controller.controller"

@@ -5,18 +5,18 @@ from typing import Any
 import numpy as np
 
 from hydroservo import Loop, Simulation, monitors
-from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, RateLimit
-from hydroservo.group import group
-from hydroservo.holds import DelayedHold
-from hydroservo.integrators import Tsit5
-from hydroservo.loads import Recorded as RecordedLoad
-from hydroservo.loads import Square as SquareLoad
-from hydroservo.observers import Explicit, Implicit, ModelDerivative, TSMObserver
-from hydroservo.references import Chirp, Multisine, Recorded, Square
-from hydroservo.sensors import DelayedSensors, Dropout, ExactDifferentiator, NoisySensors, RigSensors
+from hydroservo.control.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, RateLimit
+from hydroservo.control.holds import DelayedHold
+from hydroservo.control.observers import Explicit, Implicit, ModelDerivative, TSMObserver
+from hydroservo.control.references import Chirp, Multisine, Recorded, Square
+from hydroservo.core.group import group
+from hydroservo.core.time_series import TimeSeries
+from hydroservo.machine.integrators import Tsit5
+from hydroservo.machine.loads import Recorded as RecordedLoad
+from hydroservo.machine.loads import Square as SquareLoad
+from hydroservo.machine.sensors import DelayedSensors, Dropout, ExactDifferentiator, NoisySensors, RigSensors
+from hydroservo.machine.valves import CurvedEdges, FirstOrderValve, FourEdges, StaticValve
 from hydroservo.testing.examples import example
-from hydroservo.time_series import TimeSeries
-from hydroservo.valves import CurvedEdges, FirstOrderValve, FourEdges, StaticValve
 
 PRESSURES = "ChamberPressures"  # a cylinder's, whose parameters have other names
 TIME = np.linspace(0.0, 2e-3, 6)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.block import Block, leaves
+from hydroservo.core.block import Block, leaves
 from hydroservo.engine.flat import shape
 
 

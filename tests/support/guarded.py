@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from hydroservo import Loop, Simulation, simulate
-from hydroservo.controllers import TSMC
+from hydroservo.control.controllers import TSMC
+from hydroservo.control.references import Recorded
+from hydroservo.core.time_series import TimeSeries
 from hydroservo.engine import kernel, lanes
-from hydroservo.loads import Recorded as RecordedLoad
-from hydroservo.references import Recorded
+from hydroservo.machine.loads import Recorded as RecordedLoad
 from hydroservo.runs import batch
 from hydroservo.testing.examples import example
-from hydroservo.time_series import TimeSeries
 
 PROT_NONE = 0
 KEPT: list[mmap.mmap] = []

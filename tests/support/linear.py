@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from scipy.linalg import expm
 
-from hydroservo.block import Block, leaves, replace, values
-from hydroservo.plants import DesignModel
-from hydroservo.signals import Demand, Measurement
+from hydroservo.core.block import Block, leaves, replace, values
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.plants import DesignModel
 
 Matrix = np.ndarray[Any, np.dtype[np.float64]]
 

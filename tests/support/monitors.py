@@ -10,12 +10,12 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo import Loop, Simulation
-from hydroservo.block import Block
-from hydroservo.controllers import PI, TSMC
-from hydroservo.loads import Constant, Sine
-from hydroservo.plants import Cylinder
-from hydroservo.references import Square
-from hydroservo.signals import Demand, Pressures
+from hydroservo.control.controllers import PI, TSMC
+from hydroservo.control.references import Square
+from hydroservo.core.block import Block
+from hydroservo.core.signals import Demand, Pressures
+from hydroservo.machine.loads import Constant, Sine
+from hydroservo.machine.plants import Cylinder
 from hydroservo.testing.examples import example
 
 Floats = NDArray[np.float64]

@@ -4,8 +4,8 @@ LAW = '''\
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ops
-from hydroservo.observers import Implicit
-from hydroservo.roles import Controller, Observer, role
+from hydroservo.control.observers import Implicit
+from hydroservo.core.roles import Controller, Observer, role
 
 
 class State(NamedTuple):
@@ -28,7 +28,7 @@ MECHANISM = '''\
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ops
-from hydroservo.roles import Mechanism, role
+from hydroservo.core.roles import Mechanism, role
 
 
 @role(Mechanism)
@@ -49,7 +49,7 @@ METRIC = '''\
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ops
-from hydroservo.roles import Monitor, role
+from hydroservo.core.roles import Monitor, role
 
 
 class Crossings(NamedTuple):

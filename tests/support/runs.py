@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from hydroservo import Loop, Simulation, replace
-from hydroservo.controllers import PI
+from hydroservo.control.controllers import PI
 from hydroservo.testing.examples import example
 
 PATHS = ["plant.velocity", "controller.u", "plant.load_force"]

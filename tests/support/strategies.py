@@ -5,15 +5,15 @@ from typing import get_type_hints
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from hydroservo.block import Block, replace
-from hydroservo.controlled import Velocity
-from hydroservo.errors import ParameterError
-from hydroservo.roles import ControlledSignal, Start
+from hydroservo.control.controlled import Velocity
+from hydroservo.core.block import Block, replace
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.roles import ControlledSignal, Start
+from hydroservo.core.validation import consistent
+from hydroservo.machine.starts import AsBuilt
 from hydroservo.scenario.fits import ROLES
-from hydroservo.starts import AsBuilt
 from hydroservo.testing.drawing import Range, block_of
 from hydroservo.testing.examples import example
-from hydroservo.validation import consistent
 from tests.support.roles import NOTHING, playing, wraps
 
 

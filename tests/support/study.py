@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from hydroservo import Loop
-from hydroservo.controllers import PI, TSMC, Backstepping
-from hydroservo.metrics import declared_metrics, usual
+from hydroservo.control.controllers import PI, TSMC, Backstepping
+from hydroservo.control.metrics import declared_metrics, usual
 from hydroservo.runs.provenance import provenance
 from hydroservo.testing.examples import example
 

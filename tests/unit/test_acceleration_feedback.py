@@ -2,12 +2,12 @@
 
 import pytest
 
-from hydroservo.controlled import Position, Velocity
-from hydroservo.controllers import PI, AccelerationFeedback, Saturation
-from hydroservo.observers import FilteredDerivative
+from hydroservo.control.controlled import Position, Velocity
+from hydroservo.control.controllers import PI, AccelerationFeedback, Saturation
+from hydroservo.control.observers import FilteredDerivative
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.theory import damping_ratio, natural_frequency
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
-from hydroservo.signals import Demand, Measurement
-from hydroservo.theory import damping_ratio, natural_frequency
 from tests.support.linear import Sampled
 
 H = 1e-6

@@ -8,16 +8,16 @@ import pytest
 from numpy.typing import NDArray
 
 from hydroservo import replace, simulate
-from hydroservo.errors import ParameterError
-from hydroservo.observers import AdaptiveTSMObserver, BoundaryLayer, Explicit, Implicit, TSMObserver
+from hydroservo.control.observers import AdaptiveTSMObserver, BoundaryLayer, Explicit, Implicit, TSMObserver
+from hydroservo.control.pulls import AdaptiveSuperTwisting, SuperTwisting
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.roles import Realisation
+from hydroservo.core.signals import Measurement, VelocityError
+from hydroservo.core.validation import consistent
+from hydroservo.machine.plants import DesignModel
 from hydroservo.papers.tsmc_eha_2021 import machine
-from hydroservo.plants import DesignModel
-from hydroservo.pulls import AdaptiveSuperTwisting, SuperTwisting
-from hydroservo.roles import Realisation
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Measurement, VelocityError
 from hydroservo.testing.examples import example
-from hydroservo.validation import consistent
 
 MODEL = example(DesignModel)
 NAN = float("nan")

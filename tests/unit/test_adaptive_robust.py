@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from hydroservo import replace, simulate
-from hydroservo.block import Block
-from hydroservo.controllers import AdaptiveRobust, Backstepping, RadialBasis, Saturation
-from hydroservo.controllers.adaptive_robust import Unknowns
-from hydroservo.controllers.radial_basis import Weights
-from hydroservo.loads import Constant
-from hydroservo.observers import ExtendedStateObserver, NoObserver
-from hydroservo.plants import DesignModel
-from hydroservo.references import Multisine
+from hydroservo.control.controllers import AdaptiveRobust, Backstepping, RadialBasis, Saturation
+from hydroservo.control.controllers.adaptive_robust import Unknowns
+from hydroservo.control.controllers.radial_basis import Weights
+from hydroservo.control.observers import ExtendedStateObserver, NoObserver
+from hydroservo.control.references import Multisine
+from hydroservo.core.block import Block
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.plants import DesignModel
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
 MODEL = example(DesignModel)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, replace, simulate
-from hydroservo.block import field_at
-from hydroservo.controlled import Position, Velocity
-from hydroservo.controllers import PI, FirstOrderADRC, Saturation, SecondOrderADRC
+from hydroservo.control.controlled import Position, Velocity
+from hydroservo.control.controllers import PI, FirstOrderADRC, Saturation, SecondOrderADRC
+from hydroservo.core.block import field_at
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
 NAN = math.nan

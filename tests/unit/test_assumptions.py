@@ -8,12 +8,12 @@ from typing import NamedTuple
 import pytest
 
 from hydroservo import load_scenario
-from hydroservo.assumptions import Assumption, Peak, above, below, near, per_second
 from hydroservo.audits.audited import Asked, asked
 from hydroservo.audits.facts import LoopFacts
 from hydroservo.audits.lumped import CommandPeaksValues, LumpedValues
-from hydroservo.block import model_in
-from hydroservo.controllers import PI
+from hydroservo.control.controllers import PI
+from hydroservo.core.assumptions import Assumption, Peak, above, below, near, per_second
+from hydroservo.core.block import model_in
 from hydroservo.runs.run import ready
 from hydroservo.scenario import scenarios
 

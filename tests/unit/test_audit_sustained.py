@@ -10,7 +10,7 @@ from hydroservo.audits.audited import Strain, strain, strain_monitors
 from hydroservo.audits.facts import facts_of
 from hydroservo.audits.finding import verdicts
 from hydroservo.audits.sustained import CAUSES, OSCILLATION, Remains, Sustained, sustained
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
 from hydroservo.show import Mark
 from tests.support.brink import at_the_brink
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, LoopError, ParameterError, Simulation
-from hydroservo.metrics import declared_metrics, usual
+from hydroservo.control.metrics import declared_metrics, usual
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.testing.examples import example

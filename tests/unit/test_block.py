@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from hydroservo import ParameterError
-from hydroservo.block import Block, Field, declared_fields, is_block, leaves, replace, value_at
+from hydroservo.core.block import Block, Field, declared_fields, is_block, leaves, replace, value_at
 
 
 class Inner(NamedTuple):

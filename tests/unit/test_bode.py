@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, ParameterError, bode, load_scenario, replace
-from hydroservo.controlled import Command
-from hydroservo.controllers import PI, OpenLoop, Saturation
+from hydroservo.control.controlled import Command
+from hydroservo.control.controllers import PI, OpenLoop, Saturation
+from hydroservo.control.holds import DelayedHold
 from hydroservo.figures.bode import plot_bode
-from hydroservo.holds import DelayedHold
 from hydroservo.linear import margins
 from hydroservo.linear.bode import bode_over
 from hydroservo.linear.bode_finding import bode_finding

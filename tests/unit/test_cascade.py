@@ -6,21 +6,21 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from hydroservo import Field, Loop, ParameterError, ScenarioError, Simulation, replace, simulate
-from hydroservo.block import Block, field_at, value_at
-from hydroservo.controlled import Force, Position, Velocity
-from hydroservo.controlled.this_signal import ThisSignal
-from hydroservo.controllers import DAC, PI, PID, TSMC, AntiWindup, Cascade, Inverting, Saturation
+from hydroservo.control.controlled import Force, Position, Velocity
+from hydroservo.control.controlled.this_signal import ThisSignal
+from hydroservo.control.controllers import DAC, PI, PID, TSMC, AntiWindup, Cascade, Inverting, Saturation
+from hydroservo.control.outline import outline
+from hydroservo.control.pulls import TerminalPull
+from hydroservo.control.wiring import wired
+from hydroservo.core.block import Block, field_at, value_at
+from hydroservo.core.group import nested
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
-from hydroservo.group import nested
-from hydroservo.outline import outline
-from hydroservo.pulls import TerminalPull
+from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Demand, Measurement
-from hydroservo.starts import AsBuilt
 from hydroservo.testing.examples import example
-from hydroservo.wiring import wired
 from tests.support.bases import on_base
 from tests.support.equality import assert_same_block
 

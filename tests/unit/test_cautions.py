@@ -5,21 +5,21 @@ import pytest
 import xarray as xr
 
 from hydroservo import HydroservoWarning, Loop, Simulation, simulate, simulate_batch
-from hydroservo.block import Block
-from hydroservo.controllers import PI, RateLimit, Saturation
-from hydroservo.loads import Constant
-from hydroservo.oils import AeratedOil
-from hydroservo.plants import Cylinder
-from hydroservo.references import PointToPoint, Ramp, Sine, Square, Step
+from hydroservo.control.controllers import PI, RateLimit, Saturation
+from hydroservo.control.references import PointToPoint, Ramp, Sine, Square, Step
+from hydroservo.core.block import Block
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.oils import AeratedOil
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.supplies import IdealSupply, PumpSupply, ReliefValve
+from hydroservo.machine.valves import StaticValve
 from hydroservo.runs.cautions import quietly, warnings_of, with_warning
 from hydroservo.runs.cautions.demands import late_caution
 from hydroservo.runs.cautions.every import own_cautions
 from hydroservo.runs.cautions.pressures import pressure_caution
 from hydroservo.runs.cautions.sizes import size_cautions
 from hydroservo.scenario import load_scenario, scenarios
-from hydroservo.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.testing.examples import example
-from hydroservo.valves import StaticValve
 
 TORN = example(
     Loop,

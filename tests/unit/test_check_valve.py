@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.drives import CheckValve
-from hydroservo.roles import CheckFlow, Relief
+from hydroservo.core.roles import CheckFlow, Relief
+from hydroservo.machine.drives import CheckValve
 from hydroservo.scenario.fits import misfit
 
 VALVE = CheckValve(cracking_pressure=5e4, conductance=1e-9, opening_range=2e4)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hydroservo import ParameterError
-from hydroservo.block import is_block, values
+from hydroservo.core.block import is_block, values
 from hydroservo.runs.columns import check_runs, looked_at
 
 ASKED: list[Any] = []

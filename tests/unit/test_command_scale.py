@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 
 from hydroservo import replace, simulate
-from hydroservo.block import leaves
-from hydroservo.command_scale import VOLTS, CommandScale, command_scale, commands_in, in_command_unit
-from hydroservo.errors import ScenarioError
+from hydroservo.core.block import leaves
+from hydroservo.core.command_scale import VOLTS, CommandScale, command_scale, commands_in, in_command_unit
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.formatting import quantity, readable_unit
+from hydroservo.core.signals import Demand
 from hydroservo.export.parts import Command, ControllerUnit, ExternalForce, MachineUnit, block_of
 from hydroservo.export.unit import Part
-from hydroservo.formatting import quantity, readable_unit
 from hydroservo.identification.log import read_log
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
 from hydroservo.scenario import assembled, load_scenario
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.sampling import draws
-from hydroservo.signals import Demand
 
 CURRENT, SHARE = CommandScale(current=0.04), CommandScale(share=1.0)
 IN_VOLTS = {

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.errors import ParameterError
+from hydroservo.core.errors import ParameterError
 from hydroservo.identification import compare
 from hydroservo.identification.comparison import independent_samples
 from tests.support.synthetic_logs import SCENARIO, SHORT, exact_log, recorded

@@ -6,17 +6,17 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.controllers import DAC, PI, TSMC
-from hydroservo.holds import DelayedHold, ZeroOrderHold
-from hydroservo.loads import Recorded
-from hydroservo.loads import Square as SquareLoad
-from hydroservo.references import Sine, Square
+from hydroservo.control.controllers import DAC, PI, TSMC
+from hydroservo.control.holds import DelayedHold, ZeroOrderHold
+from hydroservo.control.references import Sine, Square
+from hydroservo.control.wiring import wired
+from hydroservo.core.time_series import TimeSeries
+from hydroservo.machine.loads import Recorded
+from hydroservo.machine.loads import Square as SquareLoad
+from hydroservo.machine.valves import FirstOrderValve
 from hydroservo.runs.comparison_finding import MOST_LINES, unequal_lines
 from hydroservo.runs.conditions import differences, winners
 from hydroservo.testing.examples import example
-from hydroservo.time_series import TimeSeries
-from hydroservo.valves import FirstOrderValve
-from hydroservo.wiring import wired
 
 LOOP = wired(example(Loop, Simulation(2e-3, 1e-4, 2, record_period=1e-4), controller=example(TSMC)))
 RIVAL = LOOP._replace(controller=example(PI))

@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace
-from hydroservo.block import Block, Field
-from hydroservo.controllers import DeadBandCompensation, DeadBandJump
-from hydroservo.mechanics import LuGre, OneLinkArm, Stribeck
-from hydroservo.oils import ConstantOil
-from hydroservo.plants import Cylinder, LoadPressurePlant
+from hydroservo.control.controllers import DeadBandCompensation, DeadBandJump
+from hydroservo.core.block import Block, Field
+from hydroservo.core.validation import checked, consistent
+from hydroservo.machine.mechanics import LuGre, OneLinkArm, Stribeck
+from hydroservo.machine.oils import ConstantOil
+from hydroservo.machine.plants import Cylinder, LoadPressurePlant
+from hydroservo.machine.supplies import GasAccumulator, IdealSupply, PumpSupply, ReliefValve
+from hydroservo.machine.valves import FirstOrderValve, FourEdges, SecondOrderValve, StaticValve
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario
-from hydroservo.supplies import GasAccumulator, IdealSupply, PumpSupply, ReliefValve
 from hydroservo.testing.examples import example
-from hydroservo.validation import checked, consistent
-from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve, StaticValve
 from tests.support.bases import on_base
 
 CONTRADICTIONS = [

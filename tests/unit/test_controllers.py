@@ -7,13 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import ops
-from hydroservo.block import Block
-from hydroservo.controlled import Velocity
-from hydroservo.controllers import PI, TSMC, Backstepping, PIState, Saturation
-from hydroservo.observers import FilteredDerivative, ModelDerivative
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.controllers import PI, TSMC, Backstepping, PIState, Saturation
+from hydroservo.control.observers import FilteredDerivative, ModelDerivative
+from hydroservo.core.block import Block
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.plants import DesignModel
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
-from hydroservo.plants import DesignModel
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
 DT = 1e-4

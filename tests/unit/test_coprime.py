@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 from scipy.signal import tf2ss
 
-from hydroservo.synthesis.coprime import RobustController, StateSpace, robust_controller
+from hydroservo.control.synthesis.coprime import RobustController, StateSpace, robust_controller
 
 
 def published() -> StateSpace:

@@ -3,11 +3,11 @@
 import pytest
 
 from hydroservo import ParameterError
-from hydroservo.drives import CheckValve, Counterbalance, CounterbalanceState, ValveOnSupplyState
-from hydroservo.oils import ConstantOil
-from hydroservo.signals import Feed, Pressures
-from hydroservo.validation import checked
-from hydroservo.valves import NoEdges
+from hydroservo.core.signals import Feed, Pressures
+from hydroservo.core.validation import checked
+from hydroservo.machine.drives import CheckValve, Counterbalance, CounterbalanceState, ValveOnSupplyState
+from hydroservo.machine.oils import ConstantOil
+from hydroservo.machine.valves import NoEdges
 
 VALVE = Counterbalance(
     pilot_ratio=4.0,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, LoopError, ParameterError, Simulation
-from hydroservo.block import Block
-from hydroservo.controllers import PI, TSMC, Backstepping
+from hydroservo.control.controllers import PI, TSMC, Backstepping
+from hydroservo.core.block import Block
 from hydroservo.engine import cuda, cuda_driver, flat
 from hydroservo.engine.cuda_driver import Kernel, Memory
 from hydroservo.engine.native import CompileError, MachineCode

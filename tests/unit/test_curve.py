@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydroservo.curve import Curve
-from hydroservo.errors import ParameterError
-from hydroservo.time_series import TimeSeries
+from hydroservo.core.curve import Curve
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.time_series import TimeSeries
 
 
 @pytest.mark.parametrize(

@@ -9,17 +9,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import Loop, Simulation, simulate
-from hydroservo.controllers import PI
-from hydroservo.drives import open_ports
-from hydroservo.hooks import at_rest
-from hydroservo.mechanics import LuGre, Mass, NoStops, OneLinkArm, Stops, Stribeck, StribeckState, Viscous
-from hydroservo.oils import AeratedOil, ConstantOil
-from hydroservo.plants import Cylinder, CylinderState, LoadPressurePlant
+from hydroservo.control.controllers import PI
+from hydroservo.control.wiring import believed
+from hydroservo.core.hooks import at_rest
+from hydroservo.core.signals import PortFlows, Pressures
+from hydroservo.machine.drives import open_ports
+from hydroservo.machine.mechanics import (
+    LuGre,
+    Mass,
+    NoStops,
+    OneLinkArm,
+    Stops,
+    Stribeck,
+    StribeckState,
+    Viscous,
+)
+from hydroservo.machine.oils import AeratedOil, ConstantOil
+from hydroservo.machine.plants import Cylinder, CylinderState, LoadPressurePlant
+from hydroservo.machine.valves import Orifice
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import PortFlows, Pressures
 from hydroservo.testing.examples import example
-from hydroservo.valves import Orifice
-from hydroservo.wiring import believed
 from tests.support.bases import on_base
 from tests.support.equality import assert_same_block
 

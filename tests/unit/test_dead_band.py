@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import Field
-from hydroservo.controllers import DeadBandCompensation, DeadBandJump
-from hydroservo.signals import Demand, Measurement
+from hydroservo.control.controllers import DeadBandCompensation, DeadBandJump
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.valves import FourEdges
 from hydroservo.testing.examples import example
-from hydroservo.valves import FourEdges
 
 LAP, OPENING_GAIN = 2e-5, 1e-4  # [m], [m/V]
 OVERLAP = LAP / OPENING_GAIN

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.identification.conclusions import of_delay
 from hydroservo.identification.search import lag, left
 from tests.support.axes import AXIS

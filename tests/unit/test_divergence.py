@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from hydroservo import Aim, Field, Loop, Simulation, ops, simulate, simulate_batch, tune
-from hydroservo.block import leaves
-from hydroservo.controllers import PI
+from hydroservo.control.controllers import PI
+from hydroservo.core.block import leaves
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.sensors import NoPosition, RigSensors
 from hydroservo.runs.divergence import first_loss, watched_paths
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario, scenarios
-from hydroservo.sensors import NoPosition, RigSensors
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
 PERIOD = 1e-3

@@ -3,8 +3,9 @@
 import pytest
 
 from hydroservo import Loop, ParameterError
-from hydroservo.block import Block
-from hydroservo.drives import (
+from hydroservo.control.wiring import wired
+from hydroservo.core.block import Block
+from hydroservo.machine.drives import (
     Counterbalance,
     Hoses,
     LoadSensing,
@@ -12,10 +13,9 @@ from hydroservo.drives import (
     PumpDrive,
     ValveOnSupply,
 )
-from hydroservo.plants import Cylinder, LoadPressurePlant
+from hydroservo.machine.plants import Cylinder, LoadPressurePlant
+from hydroservo.machine.valves import NoValve
 from hydroservo.testing.examples import example
-from hydroservo.valves import NoValve
-from hydroservo.wiring import wired
 
 SENSING = [example(cls) for cls in (Counterbalance, LoadSensing, PressureCompensator)]
 

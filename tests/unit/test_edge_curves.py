@@ -5,10 +5,10 @@ from typing import Any
 import pytest
 
 from hydroservo import ParameterError, ScenarioError, identify, linearize, simulate
-from hydroservo.curve import Curve
-from hydroservo.signals import EdgeOpenings, Pressures
-from hydroservo.validation import checked
-from hydroservo.valves import CurvedEdges, FourCurves, FourEdges, StraightEdges
+from hydroservo.core.curve import Curve
+from hydroservo.core.signals import EdgeOpenings, Pressures
+from hydroservo.core.validation import checked
+from hydroservo.machine.valves import CurvedEdges, FourCurves, FourEdges, StraightEdges
 from tests.support.axes import AXIS as AXIS_FILE
 from tests.support.axes import COMMANDED, commanded_axis, step
 

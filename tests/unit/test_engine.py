@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from hydroservo import ops
-from hydroservo.block import Block, leaves
+from hydroservo.core.block import Block, leaves
+from hydroservo.core.roles import at_samples
+from hydroservo.core.states import axpy, filled
 from hydroservo.engine.compiling import compiled
 from hydroservo.engine.flat import checker, recorder
 from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
 from hydroservo.engine.native import CompileError, RunError
 from hydroservo.engine.watch import spans_of, watch_of
-from hydroservo.integrators import RK4, Tsit5
-from hydroservo.roles import at_samples
-from hydroservo.states import axpy, filled
+from hydroservo.machine.integrators import RK4, Tsit5
 
 
 class Inner(NamedTuple):

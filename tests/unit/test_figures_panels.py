@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hydroservo.core.formatting import MINUS
 from hydroservo.figures.panels import WHOLE, Curve, Panel, Window, clipped, inside, limits
-from hydroservo.formatting import MINUS
 
 
 def test_a_window_shows_its_samples_and_those_on_its_ends():

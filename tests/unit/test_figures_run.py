@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 
 import hydroservo
 from hydroservo import HydroservoError, Simulation, controllers
-from hydroservo.controllers import PI, TSMC
+from hydroservo.control.controllers import PI, TSMC
+from hydroservo.control.loop import Loop
+from hydroservo.control.references import Square
 from hydroservo.figures.panels import (
     Curve,
     Panel,
@@ -25,12 +27,10 @@ from hydroservo.figures.panels import (
 )
 from hydroservo.figures.run import distinct_colours, literal, plot_comparison, plot_run, remark
 from hydroservo.figures.style import COLOURS, PALETTE, figure, style
-from hydroservo.loop import Loop
-from hydroservo.plants import Cylinder
-from hydroservo.references import Square
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.supplies import IdealSupply, PumpSupply
 from hydroservo.runs.titles import controller_name
 from hydroservo.show.page import write_figure
-from hydroservo.supplies import IdealSupply, PumpSupply
 from hydroservo.testing.examples import example
 
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
+from hydroservo.core.formatting import NONE
 from hydroservo.figures.studies.factorial import Combination, FactorShare, plot_factorial
 from hydroservo.figures.studies.forest import (
     LESS,
@@ -32,7 +33,6 @@ from hydroservo.figures.studies.fronts import (
 from hydroservo.figures.studies.grid import Axis, Grid, Level, Place
 from hydroservo.figures.studies.looks import Named, family_colours, name_points, round_ticks
 from hydroservo.figures.studies.map import HATCH, Winner, plot_map, shade
-from hydroservo.formatting import NONE
 
 FAMILIES = ["LQ", "PI", "TSMC"]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydroservo import monitors
-from hydroservo.block import leaves
+from hydroservo.core.block import leaves
 from hydroservo.runs import finishing
 from hydroservo.runs.finishing import MANY, finisher, plain, quick
 

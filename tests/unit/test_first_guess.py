@@ -6,14 +6,14 @@ from collections.abc import Mapping
 import pytest
 
 from hydroservo import Loop, load_scenario, replace
-from hydroservo.controlled import Force, Position
-from hydroservo.controllers import PI, PID, Cascade, DirectionalGain, InvertedPolarity, OpenLoop
-from hydroservo.errors import ParameterError
+from hydroservo.control.controlled import Force, Position
+from hydroservo.control.controllers import PI, PID, Cascade, DirectionalGain, InvertedPolarity, OpenLoop
+from hydroservo.control.references import Sine
+from hydroservo.core.errors import ParameterError
 from hydroservo.linear.axis import Axis, stable_gain
 from hydroservo.linear.first_guess import FirstGuess, feedforward_of, first_guess
 from hydroservo.linear.places import SHARES, largest_command, while_moving
-from hydroservo.references import Sine
-from hydroservo.theory import damping_ratio, natural_frequency
+from hydroservo.machine.theory import damping_ratio, natural_frequency
 
 OF_A_RUN = {"simulation.duration": 0.2, "simulation.period": 1e-5}
 

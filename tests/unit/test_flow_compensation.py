@@ -7,12 +7,12 @@ import pytest
 from scipy.optimize import root
 
 from hydroservo import ParameterError
-from hydroservo.controlled import Velocity
-from hydroservo.controllers import PI, DirectionalGain, FlowCompensation
-from hydroservo.signals import Demand, Measurement, Pressures
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.controllers import PI, DirectionalGain, FlowCompensation
+from hydroservo.core.signals import Demand, Measurement, Pressures
+from hydroservo.core.validation import checked
+from hydroservo.machine.valves import Orifice
 from hydroservo.testing.examples import example
-from hydroservo.validation import checked
-from hydroservo.valves import Orifice
 
 SUPPLY, DROP = 120e5, 35e5
 AREA_A, AREA_B = 31.2e-4, 15.3e-4  # 63/45 mm

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.formatting import (
+from hydroservo.core.formatting import (
     MINUS,
     NONE,
     TIMES,

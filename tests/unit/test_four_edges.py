@@ -6,9 +6,9 @@ import pytest
 from scipy.optimize import brentq
 
 from hydroservo import ParameterError
-from hydroservo.signals import Pressures
+from hydroservo.core.signals import Pressures
+from hydroservo.machine.valves import FourEdges, Orifice
 from hydroservo.testing.examples import example
-from hydroservo.valves import FourEdges, Orifice
 from tests.support.equality import assert_same_block
 
 LITRE_PER_MINUTE = 1e-3 / 60.0

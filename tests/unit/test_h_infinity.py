@@ -7,14 +7,14 @@ import pytest
 from scipy.linalg import expm
 
 from hydroservo import ParameterError, replace, simulate, simulate_batch
-from hydroservo.controlled import Velocity
-from hydroservo.controllers import PI, Biquad, HInfinityLoopShaping
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.controllers import PI, Biquad, HInfinityLoopShaping
+from hydroservo.control.synthesis.coprime import StateSpace, robust_controller
+from hydroservo.control.synthesis.loop_shaping import from_bilinear, sampled_plant, to_bilinear
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.linear import margins
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL, VALVE_LAG
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Demand, Measurement
-from hydroservo.synthesis.coprime import StateSpace, robust_controller
-from hydroservo.synthesis.loop_shaping import from_bilinear, sampled_plant, to_bilinear
 
 NAN = math.nan
 

@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import Field, Loop, ParameterError, Simulation, ops, replace, simulate, simulate_batch
-from hydroservo.block import Block
-from hydroservo.controllers import PI
-from hydroservo.holds import DelayedHold, ZeroOrderHold
-from hydroservo.integrators import RK4, Tsit5
-from hydroservo.references import Ramp
+from hydroservo.control.controllers import PI
+from hydroservo.control.holds import DelayedHold, ZeroOrderHold
+from hydroservo.control.references import Ramp
+from hydroservo.core.block import Block
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.integrators import RK4, Tsit5
 from hydroservo.runs.step_sizes import command_parts, difference
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
 H = 1e-3

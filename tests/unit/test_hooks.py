@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import hydroservo
-from hydroservo.hooks import HOOKS
+from hydroservo.core.hooks import HOOKS
 
 SOURCES = Path(hydroservo.__file__).parent
 OF_ROLES = {  # which blocks of a role have; asked for to say who does not

@@ -6,14 +6,14 @@ from typing import NamedTuple
 import pytest
 
 from hydroservo import Loop
-from hydroservo.drives import Hoses, HosesState, LoadSensing, PumpDrive, ValveOnSupplyState
-from hydroservo.hooks import at_ports, resting
-from hydroservo.oils import ConstantOil
-from hydroservo.plants import Cylinder
-from hydroservo.roles import Block, Drive, role
-from hydroservo.signals import Feed, PortFlows, Pressures
+from hydroservo.core.hooks import at_ports, resting
+from hydroservo.core.roles import Block, Drive, role
+from hydroservo.core.signals import Feed, PortFlows, Pressures
+from hydroservo.machine.drives import Hoses, HosesState, LoadSensing, PumpDrive, ValveOnSupplyState
+from hydroservo.machine.oils import ConstantOil
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.valves import NoEdges
 from hydroservo.testing.examples import example
-from hydroservo.valves import NoEdges
 
 LINE = Pressures(40e5, 0.0)
 SHUT = Feed(0.0, NoEdges(), 0.0, LINE)

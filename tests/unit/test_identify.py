@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.block import value_at
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.core.block import value_at
+from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.identification.conclusions import of_log
 from hydroservo.identification.experiment import experiment, predicted
 from hydroservo.identification.identified import sought

@@ -12,18 +12,18 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from hydroservo import Loop, integrators, ops, replace
-from hydroservo.block import Block, declared_fields, leaves
-from hydroservo.drives import ValveOnSupplyState
+from hydroservo.control.loop import MachineState
+from hydroservo.core.block import Block, declared_fields, leaves
+from hydroservo.core.roles import Integrator
+from hydroservo.core.states import axpy, factored, misses, scaled, solved
 from hydroservo.engine.compiling import compiled
-from hydroservo.integrators import RK4, Rosenbrock, Tsit5
-from hydroservo.loads import Square, Step
-from hydroservo.loop import MachineState
-from hydroservo.plants import LoadPressureState
-from hydroservo.roles import Integrator
-from hydroservo.states import axpy, factored, misses, scaled, solved
-from hydroservo.supplies import IdealSupplyState
+from hydroservo.machine.drives import ValveOnSupplyState
+from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
+from hydroservo.machine.loads import Square, Step
+from hydroservo.machine.plants import LoadPressureState
+from hydroservo.machine.supplies import IdealSupplyState
+from hydroservo.machine.valves import FirstOrderValve, FirstOrderValveState
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, FirstOrderValveState
 
 LOOP = example(Loop, valve=example(FirstOrderValve), load=Step(0.0, 100.0, 0.0123456))
 START = MachineState(

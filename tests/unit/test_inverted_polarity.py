@@ -3,13 +3,13 @@
 import pytest
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.controlled import PressureB, Velocity
-from hydroservo.controllers import PI, InvertedPolarity, Saturation
-from hydroservo.loads import Constant
-from hydroservo.mechanics import MassSpringDamper
-from hydroservo.plants import Cylinder
-from hydroservo.references import Step
-from hydroservo.signals import Demand, Measurement
+from hydroservo.control.controlled import PressureB, Velocity
+from hydroservo.control.controllers import PI, InvertedPolarity, Saturation
+from hydroservo.control.references import Step
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.mechanics import MassSpringDamper
+from hydroservo.machine.plants import Cylinder
 from hydroservo.testing.examples import example
 
 H = 1e-3

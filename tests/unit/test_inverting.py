@@ -6,19 +6,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import replace, simulate
-from hydroservo.block import Block
-from hydroservo.controllers import Backstepping, Inverting
-from hydroservo.observers import (
+from hydroservo.control.controllers import Backstepping, Inverting
+from hydroservo.control.observers import (
     ExtendedStateObserver,
     HighGainObserver,
     KalmanObserver,
     ModelDerivative,
     NoObserver,
 )
-from hydroservo.plants import DesignModel
-from hydroservo.pulls import LinearPull, SuperTwisting
+from hydroservo.control.pulls import LinearPull, SuperTwisting
+from hydroservo.core.block import Block
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.plants import DesignModel
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
 MODEL = example(DesignModel)

@@ -7,15 +7,15 @@ import pytest
 from scipy.linalg import expm
 
 from hydroservo import Loop, ScenarioError, Simulation, replace, simulate, simulate_batch
-from hydroservo.controllers import TSMC, ValveInversion
-from hydroservo.errors import ParameterError
-from hydroservo.observers import KalmanObserver, PositionKalmanObserver
-from hydroservo.plants import DesignModel
+from hydroservo.control.controllers import TSMC, ValveInversion
+from hydroservo.control.observers import KalmanObserver, PositionKalmanObserver
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.signals import Measurement
+from hydroservo.machine.plants import DesignModel
+from hydroservo.machine.sensors import Difference, NoisySensors, PressureTransducer, RigSensors
+from hydroservo.machine.valves import FirstOrderValve
 from hydroservo.scenario import load_scenario
-from hydroservo.sensors import Difference, NoisySensors, PressureTransducer, RigSensors
-from hydroservo.signals import Measurement
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve
 
 PERIOD = 1e-3
 IDEAL_PRESSURE = PressureTransducer(0.0, 60e5, 0.0, 0.0, 0)

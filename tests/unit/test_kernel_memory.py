@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.block import Block
+from hydroservo.core.block import Block
+from hydroservo.core.errors import LoopError
+from hydroservo.core.time_series import TimeSeries
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import check_rows
 from hydroservo.engine.native import argument
-from hydroservo.errors import LoopError
 from hydroservo.testing.examples import example
-from hydroservo.time_series import TimeSeries
 
 pytestmark = pytest.mark.slow
 

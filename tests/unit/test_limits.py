@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, ParameterError, limit, load_scenario, replace
-from hydroservo.block import Field, values
-from hydroservo.controlled import Command
-from hydroservo.controllers import DAC, PI, Delay, OpenLoop, RateLimit, Saturation
-from hydroservo.integrators import Tsit5
+from hydroservo.control.controlled import Command
+from hydroservo.control.controllers import DAC, PI, Delay, OpenLoop, RateLimit, Saturation
+from hydroservo.control.references import Ramp, Sine, Square
+from hydroservo.core.block import Field, values
+from hydroservo.core.states import filled
 from hydroservo.limits.command import CommandLimits, command_limits, loosest
 from hydroservo.limits.foreknown import expected, foreknown, jumps
 from hydroservo.limits.interval import machine_functions
 from hydroservo.limits.machine import lawless
 from hydroservo.limits.search import surprises
-from hydroservo.loads import Step as LoadStep
-from hydroservo.mechanics.viscous import ViscousState
-from hydroservo.references import Ramp, Sine, Square
+from hydroservo.machine.integrators import Tsit5
+from hydroservo.machine.loads import Step as LoadStep
+from hydroservo.machine.mechanics.viscous import ViscousState
 from hydroservo.runs.provenance import scenario_text
 from hydroservo.runs.run import ready
-from hydroservo.states import filled
 
 MACHINES = [
     "paper/sine-pi",

@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.signal import cont2discrete
 
-from hydroservo.block import Block
-from hydroservo.controllers import LinearMPC, OffsetFreeLQ, RateLimit, Saturation
-from hydroservo.controllers.linear_mpc import MOVES, Limits, Moves
-from hydroservo.errors import ParameterError
-from hydroservo.hooks import designed
-from hydroservo.observers import NoObserver
-from hydroservo.plants import DesignModel
-from hydroservo.signals import Demand, Measurement
-from hydroservo.synthesis.linear_model import at_rest
+from hydroservo.control.controllers import LinearMPC, OffsetFreeLQ, RateLimit, Saturation
+from hydroservo.control.controllers.linear_mpc import MOVES, Limits, Moves
+from hydroservo.control.observers import NoObserver
+from hydroservo.control.synthesis.linear_model import at_rest
+from hydroservo.core.block import Block
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.hooks import designed
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.plants import DesignModel
 from hydroservo.testing.examples import example
 
 MODEL = example(DesignModel)

@@ -7,15 +7,15 @@ import pytest
 
 import hydroservo as hs
 from hydroservo import Loop, ParameterError, linearize, load_scenario, replace, simulate
-from hydroservo.command_scale import CommandScale, commands_in
-from hydroservo.controllers import PI
-from hydroservo.holds import DelayedHold
+from hydroservo.control.controllers import PI
+from hydroservo.control.holds import DelayedHold
+from hydroservo.control.references import Ramp
+from hydroservo.core.command_scale import CommandScale, commands_in
 from hydroservo.linear import Linearization
 from hydroservo.linear.linearization_finding import linearization_finding
-from hydroservo.loads import Constant
-from hydroservo.references import Ramp
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.starts import Steady
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.starts import Steady
 
 
 def rig(**changes: object) -> Loop:

@@ -3,7 +3,10 @@
 import pytest
 
 from hydroservo import Loop, ParameterError
-from hydroservo.drives import (
+from hydroservo.core.hooks import resting
+from hydroservo.core.signals import Feed, Pressures
+from hydroservo.core.validation import checked
+from hydroservo.machine.drives import (
     Hoses,
     LoadSensing,
     LoadSensingState,
@@ -11,13 +14,10 @@ from hydroservo.drives import (
     PumpDrive,
     ValveOnSupplyState,
 )
-from hydroservo.hooks import resting
-from hydroservo.plants import Cylinder
-from hydroservo.signals import Feed, Pressures
-from hydroservo.supplies import IdealSupply
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.supplies import IdealSupply
+from hydroservo.machine.valves import Orifice
 from hydroservo.testing.examples import example
-from hydroservo.validation import checked
-from hydroservo.valves import Orifice
 
 PUMP = LoadSensing(margin=20e5, time_constant=0.05)
 INNER = ValveOnSupplyState()

@@ -3,9 +3,9 @@
 import pytest
 
 from hydroservo import references
-from hydroservo.loads import Constant, Recorded, Sine, Square, Step
+from hydroservo.core.time_series import TimeSeries
+from hydroservo.machine.loads import Constant, Recorded, Sine, Square, Step
 from hydroservo.testing.examples import example
-from hydroservo.time_series import TimeSeries
 from tests.support.equality import assert_same_block
 
 

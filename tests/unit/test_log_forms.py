@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.field import Field
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.field import Field
 from hydroservo.identification.log import Log, read_log
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.records.series import read_series

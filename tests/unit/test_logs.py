@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from hydroservo import simulate
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.identification.log import checked_log, read_log
 from hydroservo.identification.segments import noise_of, resolution_of, spikes_in, understood
 from hydroservo.runs.results import save

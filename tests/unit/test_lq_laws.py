@@ -7,22 +7,22 @@ import pytest
 from scipy.signal import cont2discrete
 
 from hydroservo import simulate
-from hydroservo.block import Block
-from hydroservo.controllers import LQI, InternalModel, OffsetFreeLQ, Saturation
-from hydroservo.controllers.resonator import Resonator
-from hydroservo.errors import ParameterError
-from hydroservo.hooks import designed
-from hydroservo.loop import Loop
-from hydroservo.observers import ExtendedStateObserver, HighGainObserver, KalmanObserver, NoObserver
-from hydroservo.observers.spool_lag import SpoolLag
-from hydroservo.plants import DesignModel
-from hydroservo.references import Step
+from hydroservo.control.controllers import LQI, InternalModel, OffsetFreeLQ, Saturation
+from hydroservo.control.controllers.resonator import Resonator
+from hydroservo.control.loop import Loop
+from hydroservo.control.observers import ExtendedStateObserver, HighGainObserver, KalmanObserver, NoObserver
+from hydroservo.control.observers.spool_lag import SpoolLag
+from hydroservo.control.references import Step
+from hydroservo.control.synthesis.linear_model import at_rest
+from hydroservo.control.synthesis.lqr import lqr
+from hydroservo.control.synthesis.memory import NOTHING, Memory, both, integrator, oscillator, remembering
+from hydroservo.control.synthesis.sampled import under_held_input
+from hydroservo.core.block import Block
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.hooks import designed
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.plants import DesignModel
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Demand, Measurement
-from hydroservo.synthesis.linear_model import at_rest
-from hydroservo.synthesis.lqr import lqr
-from hydroservo.synthesis.memory import NOTHING, Memory, both, integrator, oscillator, remembering
-from hydroservo.synthesis.sampled import under_held_input
 from hydroservo.testing.examples import example
 
 MODEL = example(DesignModel)

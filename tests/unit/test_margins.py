@@ -7,9 +7,8 @@ import pytest
 from scipy.linalg import expm
 
 from hydroservo import Loop, ParameterError, linear, replace
-from hydroservo.block import is_block
-from hydroservo.controlled import Command
-from hydroservo.controllers import (
+from hydroservo.control.controlled import Command
+from hydroservo.control.controllers import (
     DAC,
     PI,
     AntiWindup,
@@ -21,18 +20,19 @@ from hydroservo.controllers import (
     RateLimit,
     Saturation,
 )
-from hydroservo.field import declared_fields
-from hydroservo.holds import DelayedHold
+from hydroservo.control.holds import DelayedHold
+from hydroservo.control.wiring import believed
+from hydroservo.core.block import is_block
+from hydroservo.core.field import declared_fields
 from hydroservo.linear import Margins, margins
 from hydroservo.linear.margins import margins_of
 from hydroservo.linear.open_loop import OpenLoop as Opened
 from hydroservo.linear.open_loop import opened
 from hydroservo.linear.operating_point import OperatingPoint, operating_point, sampled
-from hydroservo.loads import Constant
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.starts import Steady
 from hydroservo.scenario import load_scenario
-from hydroservo.starts import Steady
 from hydroservo.testing.examples import example
-from hydroservo.wiring import believed
 
 
 def rig(**changes: object) -> Loop:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.block import Block
-from hydroservo.mechanics import (
+from hydroservo.core.block import Block
+from hydroservo.machine.mechanics import (
     ElastoPlastic,
     LuGre,
     LuGreState,

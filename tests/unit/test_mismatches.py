@@ -3,20 +3,20 @@
 import pytest
 
 from hydroservo import Loop, Simulation, replace
-from hydroservo.block import Block
-from hydroservo.controllers import PI
-from hydroservo.curve import Curve
-from hydroservo.loads import Step
-from hydroservo.plants import Cylinder
-from hydroservo.references import Sine
+from hydroservo.control.controllers import PI
+from hydroservo.control.references import Sine
+from hydroservo.core.block import Block
+from hydroservo.core.curve import Curve
+from hydroservo.machine.loads import Step
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.sensors import Encoder, PressureTransducer, RigSensors
+from hydroservo.machine.supplies import IdealSupply
+from hydroservo.machine.valves import CurvedEdges, FourEdges, StaticValve
 from hydroservo.runs.cautions import quietly, warnings_of
 from hydroservo.runs.cautions.mismatches import mismatch_cautions
 from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario, scenarios
-from hydroservo.sensors import Encoder, PressureTransducer, RigSensors
-from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
-from hydroservo.valves import CurvedEdges, FourEdges, StaticValve
 
 LOOP = example(
     Loop,

@@ -7,10 +7,10 @@ from typing import Annotated, Any, NamedTuple, get_type_hints
 import pytest
 
 from hydroservo import Field, Loop, LoopError, Simulation, ops, simulate, simulate_batch
-from hydroservo.block import Block
-from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Saturation
-from hydroservo.scenario.registry import names_in_role, shipped_classes
-from hydroservo.sensors import (
+from hydroservo.control.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Saturation
+from hydroservo.core.block import Block
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.sensors import (
     DelayedSensors,
     Difference,
     Dropout,
@@ -23,8 +23,14 @@ from hydroservo.sensors import (
     RigSensors,
     VelocitySensor,
 )
-from hydroservo.sensors.missing import MEASURING, MissingSignalError, Unmeasured, missing_signals, sensors_for
-from hydroservo.signals import Demand, Measurement
+from hydroservo.machine.sensors.missing import (
+    MEASURING,
+    MissingSignalError,
+    Unmeasured,
+    missing_signals,
+    sensors_for,
+)
+from hydroservo.scenario.registry import names_in_role, shipped_classes
 from hydroservo.testing.examples import example
 
 SHORT = Simulation(0.005, 1e-3, 8)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.block import value_at
+from hydroservo.core.block import value_at
 from hydroservo.identification.finding import UNFIT, identified_finding
 from hydroservo.identification.quality import rounded_like, whiteness
 from hydroservo.identification.result import Identified

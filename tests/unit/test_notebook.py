@@ -11,7 +11,7 @@ import xarray as xr
 from IPython.core.interactiveshell import InteractiveShell
 
 import hydroservo as hs
-from hydroservo.formatting import number
+from hydroservo.core.formatting import number
 from hydroservo.linear import margins
 from hydroservo.notebook import show_results_in
 from hydroservo.notebook.display import result_html

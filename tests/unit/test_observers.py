@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from hydroservo.observers import (
+from hydroservo.control.observers import (
     BoundaryLayer,
     Explicit,
     FilteredDerivative,
@@ -19,11 +19,11 @@ from hydroservo.observers import (
     ModelDerivative,
     TSMObserver,
 )
-from hydroservo.plants.design_model import DesignModel
-from hydroservo.roles import Realisation
-from hydroservo.signals import Measurement
+from hydroservo.core.roles import Realisation
+from hydroservo.core.signals import Measurement
+from hydroservo.machine.plants.design_model import DesignModel
+from hydroservo.machine.theory import settling_bound
 from hydroservo.testing.examples import example
-from hydroservo.theory import settling_bound
 
 H = 1e-5
 MODEL = example(DesignModel)

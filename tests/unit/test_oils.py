@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import ParameterError
-from hydroservo.oils import AeratedOil, CavitatingOil, ConstantOil
-from hydroservo.oils.mineral import MineralOil
+from hydroservo.machine.oils import AeratedOil, CavitatingOil, ConstantOil
+from hydroservo.machine.oils.mineral import MineralOil
 
 ATMOSPHERE = 101325.0
 OILS = [

@@ -5,8 +5,8 @@ import pytest
 from scipy.linalg import solve_discrete_are
 
 import hydroservo as hs
-from hydroservo.block import value_at
-from hydroservo.errors import ParameterError
+from hydroservo.core.block import value_at
+from hydroservo.core.errors import ParameterError
 from hydroservo.identification.observer import fading_gain
 from hydroservo.identification.problem import delay_of, simulated
 from tests.support.synthetic_logs import NOISE, SCENARIO, SHORT, exact_log

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.block import leaves
-from hydroservo.group import nested
+from hydroservo.control.loop import Loop
+from hydroservo.control.monitors import Oscillation
+from hydroservo.core.block import leaves
+from hydroservo.core.group import nested
 from hydroservo.linear.onset import amplified, first_of, oscillation_gain
-from hydroservo.loop import Loop
-from hydroservo.monitors import Oscillation
-from hydroservo.starts import AsBuilt
+from hydroservo.machine.starts import AsBuilt
 
 PI = ("proportional_gain", "integral_gain")
 FACTORS = 10.0 ** (np.arange(0.0, 1.1, 0.25) / 20.0)

@@ -7,13 +7,13 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from hydroservo.controlled import Position
-from hydroservo.controllers import PI, TSMC
-from hydroservo.field import Field
-from hydroservo.loop import AUTO, Loop, Simulation
-from hydroservo.oils import AeratedOil
-from hydroservo.outline import WIDTH, outline, outline_table
-from hydroservo.plants import Cylinder
+from hydroservo.control.controlled import Position
+from hydroservo.control.controllers import PI, TSMC
+from hydroservo.control.loop import AUTO, Loop, Simulation
+from hydroservo.control.outline import WIDTH, outline, outline_table
+from hydroservo.core.field import Field
+from hydroservo.machine.oils import AeratedOil
+from hydroservo.machine.plants import Cylinder
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from hydroservo import HydroservoError
-from hydroservo.outputs import (
+from hydroservo.core.outputs import (
     LOCK,
     PREFIX,
     atomic_path,
@@ -25,7 +25,7 @@ needs_posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and l
 
 STAYS = """
 import sys, time
-from hydroservo.outputs import staged, write_text
+from hydroservo.core.outputs import staged, write_text
 with staged(sys.argv[1]) as stage:
     write_text(stage / "file.csv", "half")
     print("ready", flush=True)
@@ -33,7 +33,7 @@ with staged(sys.argv[1]) as stage:
 """
 KILLED_BETWEEN_RENAMES = """
 import os, pathlib, signal, sys
-from hydroservo.outputs import staged, write_text
+from hydroservo.core.outputs import staged, write_text
 renames, rename = int(sys.argv[2]), pathlib.Path.replace
 def replace(self, target):
     global renames
@@ -346,7 +346,7 @@ def test_a_file_that_cannot_be_replaced_is_found(tmp_path, monkeypatch, code, re
 
 INTERRUPTED = """
 import os, signal, time
-from hydroservo.outputs import uninterrupted
+from hydroservo.core.outputs import uninterrupted
 
 def work():
     for _ in range(10):

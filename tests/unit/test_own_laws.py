@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from hydroservo import HydroservoError, LoopError, ops, simulate
-from hydroservo.block import Block, Field
-from hydroservo.holds import ZeroOrderHoldState
-from hydroservo.references import Step
-from hydroservo.signals import Demand, Measurement
+from hydroservo.control.holds import ZeroOrderHoldState
+from hydroservo.control.references import Step
+from hydroservo.core.block import Block, Field
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.valves import Orifice
 from hydroservo.testing.examples import example
-from hydroservo.valves import Orifice
 from tests.support.runs import EVERY_SAMPLE, LOOP, PATHS
 
 
@@ -178,7 +178,7 @@ def test_a_controller_of_the_users_own_runs() -> None:
         (
             user_with(lambda _: UserState(np.zeros(2)), START),
             "state controller.u is of type ndarray: must be a float in init and after each step; "
-            "hydroservo.vectors.vector makes a record",
+            "hydroservo.core.vectors.vector makes a record",
         ),
         (
             user_with(lambda _: START, UserState(0)),

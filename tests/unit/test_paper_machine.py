@@ -3,7 +3,7 @@
 import pytest
 
 from hydroservo import Loop, Simulation
-from hydroservo.block import replace, value_at
+from hydroservo.core.block import replace, value_at
 from hydroservo.papers.tsmc_eha_2021 import machine
 from hydroservo.runs.provenance import scenario_text
 from hydroservo.scenario import load_scenario

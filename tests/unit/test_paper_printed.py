@@ -3,7 +3,10 @@
 import pytest
 
 from hydroservo import Loop
-from hydroservo.controllers import PI, TSMC
+from hydroservo.control.controllers import PI, TSMC
+from hydroservo.machine.supplies import IdealSupply
+from hydroservo.machine.theory import damping_ratio, proportional_gain_limit, settling_bound
+from hydroservo.machine.valves import FirstOrderValve
 from hydroservo.papers.tsmc_eha_2021.printed import (
     PrintedBackstepping,
     PrintedTSMC,
@@ -14,10 +17,7 @@ from hydroservo.papers.tsmc_eha_2021.printed import (
     tsmc,
 )
 from hydroservo.scenario import load_plugin, load_scenario
-from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
-from hydroservo.theory import damping_ratio, proportional_gain_limit, settling_bound
-from hydroservo.valves import FirstOrderValve
 from tests.support.equality import assert_same_block
 
 

@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import ParameterError
-from hydroservo.block import field_at
-from hydroservo.controlled import Position, Velocity
-from hydroservo.controllers import PI, PID, PIDState, Saturation
-from hydroservo.observers import FilteredDerivative
+from hydroservo.control.controlled import Position, Velocity
+from hydroservo.control.controllers import PI, PID, PIDState, Saturation
+from hydroservo.control.observers import FilteredDerivative
+from hydroservo.core.block import field_at
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.core.validation import checked
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Demand, Measurement
-from hydroservo.validation import checked
 from tests.support.bases import on_base
 
 H = 1e-3

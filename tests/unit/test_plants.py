@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.drives import open_ports
-from hydroservo.plants import DesignModel, LoadPressurePlant, LoadPressureState
-from hydroservo.signals import PortFlows, Pressures
-from hydroservo.supplies import IdealSupply
+from hydroservo.core.signals import PortFlows, Pressures
+from hydroservo.machine.drives import open_ports
+from hydroservo.machine.plants import DesignModel, LoadPressurePlant, LoadPressureState
+from hydroservo.machine.supplies import IdealSupply
+from hydroservo.machine.valves import FourEdges, StaticValve, StaticValveState
 from hydroservo.testing.examples import example
-from hydroservo.valves import FourEdges, StaticValve, StaticValveState
 
 velocities = st.floats(-1.0, 1.0)
 forces = st.floats(-1500.0, 1500.0)

@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 import hydroservo as hs
-from hydroservo.assumptions import above
 from hydroservo.audits import Asked, Audit
+from hydroservo.core.assumptions import above
 from hydroservo.figures.style import PALETTE
 from hydroservo.limits import Limits
 from hydroservo.linear.linearization import Linearization, Quantity

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.references import PointToPoint
-from hydroservo.references.point_to_point import Limits
+from hydroservo.control.references import PointToPoint
+from hydroservo.control.references.point_to_point import Limits
 
 SLACK = 1e-11  # of rounding, relative to a limit
 

@@ -3,14 +3,14 @@
 import pytest
 
 from hydroservo import Loop, ParameterError, simulate
-from hydroservo.drives import CheckValve, Hoses, PortValves
-from hydroservo.oils import ConstantOil
-from hydroservo.plants import LoadPressurePlant
+from hydroservo.core.signals import Feed, Pressures
+from hydroservo.machine.drives import CheckValve, Hoses, PortValves
+from hydroservo.machine.oils import ConstantOil
+from hydroservo.machine.plants import LoadPressurePlant
+from hydroservo.machine.supplies import ReliefValve
+from hydroservo.machine.valves import NoEdges
 from hydroservo.runs.run import complete
-from hydroservo.signals import Feed, Pressures
-from hydroservo.supplies import ReliefValve
 from hydroservo.testing.examples import example
-from hydroservo.valves import NoEdges
 from tests.support.axes import commanded_axis, step, viscous
 
 TANK = 1e5

@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import ParameterError
-from hydroservo.drives import Hoses, PressureCompensator, PumpDrive, ValveOnSupplyState
-from hydroservo.signals import Feed, Pressures
+from hydroservo.core.signals import Feed, Pressures
+from hydroservo.core.validation import checked
+from hydroservo.machine.drives import Hoses, PressureCompensator, PumpDrive, ValveOnSupplyState
+from hydroservo.machine.valves import Orifice
 from hydroservo.testing.examples import example
-from hydroservo.validation import checked
-from hydroservo.valves import Orifice
 
 EDGES = Orifice(0.6, 0.02, 850.0)
 COMPENSATOR = PressureCompensator(8e5)

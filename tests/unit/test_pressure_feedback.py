@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from hydroservo.controlled import Position, Velocity
-from hydroservo.controllers import PI, PressureFeedback, Saturation
+from hydroservo.control.controlled import Position, Velocity
+from hydroservo.control.controllers import PI, PressureFeedback, Saturation
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.plants import DesignModel
+from hydroservo.machine.theory import damping_ratio, natural_frequency
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
-from hydroservo.plants import DesignModel
-from hydroservo.signals import Demand, Measurement
-from hydroservo.theory import damping_ratio, natural_frequency
 from tests.support.linear import Sampled
 
 H = 1e-5

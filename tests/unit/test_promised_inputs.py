@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydroservo.errors import HydroservoError
+from hydroservo.core.errors import HydroservoError
 from hydroservo.scenario import load_scenario
 from tools.promises import inputs
 from tools.promises.given import Given, load

@@ -148,7 +148,7 @@ def test_what_grows_after_the_warm_up_is_seen(memory, files, found):
 HALVES = """
 import sys, time
 from pathlib import Path
-from hydroservo import outputs
+from hydroservo.core import outputs
 from tools.promises import commands, kills
 
 def in_two_halves(path, text):

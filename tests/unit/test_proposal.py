@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.block import value_at
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.core.block import value_at
+from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.identification import propose
 from hydroservo.identification.trial import bounds_of, candidates, kept, rolled, room
 from tests.support.synthetic_logs import NOISE, SCENARIO, exact_log

@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hydroservo.block import Block
-from hydroservo.pulls import (
+from hydroservo.control.pulls import (
     ExplicitReaching,
     HomogeneousPull,
     LinearPull,
@@ -16,7 +15,8 @@ from hydroservo.pulls import (
     SuperTwisting,
     TerminalPull,
 )
-from hydroservo.signals import VelocityError
+from hydroservo.core.block import Block
+from hydroservo.core.signals import VelocityError
 
 Disturbance = Callable[[float], float]
 

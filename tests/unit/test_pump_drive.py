@@ -5,18 +5,18 @@ import math
 import pytest
 
 from hydroservo import Loop, ParameterError, replace, simulate
-from hydroservo.controlled import Force
-from hydroservo.controllers import PI, TSMC
-from hydroservo.drives import Hoses, PumpDrive, PumpDriveState, ValveOnSupply
-from hydroservo.plants import Cylinder
-from hydroservo.references import Step
-from hydroservo.roles import valveless
+from hydroservo.control.controlled import Force
+from hydroservo.control.controllers import PI, TSMC
+from hydroservo.control.references import Step
+from hydroservo.control.wiring import wired
+from hydroservo.core.roles import valveless
+from hydroservo.core.signals import Feed, Pressures
+from hydroservo.machine.drives import Hoses, PumpDrive, PumpDriveState, ValveOnSupply
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.supplies import IdealSupply
+from hydroservo.machine.valves import NoEdges, NoValve
 from hydroservo.runs.cautions.demands import demand_caution
-from hydroservo.signals import Feed, Pressures
-from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
-from hydroservo.valves import NoEdges, NoValve
-from hydroservo.wiring import wired
 from tests.support.axes import commanded_axis, step, viscous
 
 PUMP = example(PumpDrive)

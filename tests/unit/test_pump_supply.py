@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from hydroservo import ParameterError
-from hydroservo.signals import Pressures
-from hydroservo.supplies import (
+from hydroservo.core.signals import Pressures
+from hydroservo.core.validation import checked
+from hydroservo.machine.supplies import (
     GasAccumulator,
     IdealSupply,
     InstantPoppet,
@@ -23,7 +24,6 @@ from hydroservo.supplies import (
     SlowPoppetState,
 )
 from hydroservo.testing.examples import example
-from hydroservo.validation import checked
 from tests.support.equality import assert_same_block
 
 ATMOSPHERE = 101325.0

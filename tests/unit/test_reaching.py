@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
+from hydroservo.control.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
 
 K, EPS, A = 300.0, 5.0, 5 / 7
 surfaces = st.floats(1e-6, 1.0).flatmap(lambda size: st.sampled_from([size, -size]))

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hydroservo.core.errors import HydroservoError, ScenarioError
 from hydroservo.cosimulation.fmu import read_fmu
-from hydroservo.errors import HydroservoError, ScenarioError
 from hydroservo.identification.log import read_log
 from hydroservo.scenario import load_plugin, load_scenario
 from hydroservo.scenario.records import binary

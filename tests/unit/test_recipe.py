@@ -9,15 +9,15 @@ from typing import NamedTuple
 import pytest
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.controllers import PI
-from hydroservo.controllers.pi import PIState
+from hydroservo.control.controllers import PI
+from hydroservo.control.controllers.pi import PIState
+from hydroservo.control.loop import AUTO
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.engine import kernel as engine_kernel
 from hydroservo.engine import lanes
 from hydroservo.engine.recipe import Recipe, UnknownContentError, content_lines
-from hydroservo.loop import AUTO
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.scenario import load_scenario, scenarios
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
 BLOCK = """
@@ -138,7 +138,7 @@ def test_a_method_exchanged_in_the_process_is_seen(monkeypatch: pytest.MonkeyPat
 
 LAW = """
 import numpy as np
-from hydroservo.errors import ParameterError
+from hydroservo.core.errors import ParameterError
 from typing import NamedTuple
 
 def outer(x):
@@ -273,7 +273,7 @@ def test_each_scenario_has_a_digest(name: str, monkeypatch: pytest.MonkeyPatch) 
 
 
 PROPORTIONAL = """
-from hydroservo.controllers.pi import PIState
+from hydroservo.control.controllers.pi import PIState
 from typing import NamedTuple
 
 class Law(NamedTuple):

@@ -11,16 +11,16 @@ from typer.testing import CliRunner
 
 from hydroservo import Aim, loads, references, tune
 from hydroservo.cli.app import app
-from hydroservo.errors import HydroservoWarning, ParameterError
+from hydroservo.control.loop import AUTO, Loop, Simulation
+from hydroservo.core.errors import HydroservoWarning, ParameterError
+from hydroservo.core.time_series import TimeSeries
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
-from hydroservo.loop import AUTO, Loop, Simulation
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions.records import check_records
 from hydroservo.runs.run import ready, simulate
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
-from hydroservo.time_series import TimeSeries
 from tests.support.bases import on_base
 
 LOG = np.arange(8001) / 1000.0  # 8 s at 1 kHz

@@ -10,7 +10,7 @@ from scipy.signal import coherence as scipy_coherence
 from scipy.signal import csd, freqz, lfilter
 
 from hydroservo import Loop, bode, linearize, load_scenario, replace, simulate
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.figures.bode import plot_bode
 from hydroservo.identification.recorded import welch, window_for, with_logs
 from hydroservo.linear.measured import EXCITATIONS, EXCITED, Experiment, prepared

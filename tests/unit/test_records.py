@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from hydroservo import ScenarioError
-from hydroservo.errors import HydroservoWarning
-from hydroservo.field import Field
+from hydroservo.core.errors import HydroservoWarning
+from hydroservo.core.field import Field
+from hydroservo.core.time_series import TimeSeries
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.records.series import read_series
-from hydroservo.time_series import TimeSeries
 from tests.support.bases import on_base
 
 VELOCITY = Field("m/s", "velocity demand")

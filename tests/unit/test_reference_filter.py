@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hydroservo import replace, simulate
-from hydroservo.controllers import PI, ReferenceFilter
+from hydroservo.control.controllers import PI, ReferenceFilter
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
 SEEN = Measurement(*[0.0] * 7)

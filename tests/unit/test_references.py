@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from hydroservo.references import Chirp, Multisine, Ramp, Recorded, Sine, Square, Step
+from hydroservo.control.references import Chirp, Multisine, Ramp, Recorded, Sine, Square, Step
+from hydroservo.core.time_series import TimeSeries
 from hydroservo.testing.examples import example
-from hydroservo.time_series import TimeSeries
 
 
 def test_the_default_sine_is_the_papers() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hydroservo.formatting import MINUS, TIMES
+from hydroservo.core.formatting import MINUS, TIMES
 from hydroservo.papers.tsmc_eha_2021.claims import (
     CLAIMS,
     LITERAL,

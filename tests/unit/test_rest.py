@@ -7,16 +7,20 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
-from hydroservo.block import Block
-from hydroservo.controllers import PI
+from hydroservo.control.controllers import PI
+from hydroservo.control.references import Step as StepReference
+from hydroservo.control.wiring import believed
+from hydroservo.core.block import Block
+from hydroservo.core.hooks import at_rest
+from hydroservo.core.signals import Pressures
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
-from hydroservo.hooks import at_rest
-from hydroservo.loads import Constant, Sine, Step
-from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm
-from hydroservo.oils import AeratedOil, ConstantOil
-from hydroservo.plants import Cylinder, LoadPressurePlant
-from hydroservo.references import Step as StepReference
+from hydroservo.machine.loads import Constant, Sine, Step
+from hydroservo.machine.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm
+from hydroservo.machine.oils import AeratedOil, ConstantOil
+from hydroservo.machine.plants import Cylinder, LoadPressurePlant
+from hydroservo.machine.starts import Steady
+from hydroservo.machine.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.columns import starts
 from hydroservo.runs.objective import is_possible
@@ -24,11 +28,7 @@ from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.sampling import draws
-from hydroservo.signals import Pressures
-from hydroservo.starts import Steady
-from hydroservo.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.testing.examples import example
-from hydroservo.wiring import believed
 from tests.support.bases import DATASHEET, on_base
 
 LINE = Pressures(160e5, 2e5)

@@ -15,10 +15,10 @@ from scipy.io import loadmat
 
 import hydroservo
 from hydroservo import HydroservoError, Simulation
-from hydroservo.controllers import TSMC
-from hydroservo.loop import Loop
-from hydroservo.metrics import declared_metrics, usual
-from hydroservo.outputs import staged, write_text
+from hydroservo.control.controllers import TSMC
+from hydroservo.control.loop import Loop
+from hydroservo.control.metrics import declared_metrics, usual
+from hydroservo.core.outputs import staged, write_text
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.results import (
     FORMATS,

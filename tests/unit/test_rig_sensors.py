@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import Loop, Simulation, ops, replace, simulate
-from hydroservo.block import Block
-from hydroservo.controllers import PI
-from hydroservo.sensors import (
+from hydroservo.control.controllers import PI
+from hydroservo.core.block import Block
+from hydroservo.core.signals import Draws, MachineOutputs, Measurement
+from hydroservo.machine.sensors import (
     DelayedSensors,
     Difference,
     Dropout,
@@ -29,7 +30,6 @@ from hydroservo.sensors import (
     RigSensors,
     VelocitySensor,
 )
-from hydroservo.signals import Draws, MachineOutputs, Measurement
 from hydroservo.testing.examples import example
 
 H = 1e-3

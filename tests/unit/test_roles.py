@@ -7,11 +7,11 @@ from typing import NamedTuple
 import pytest
 
 from hydroservo import ScenarioError
-from hydroservo.controllers import PI
-from hydroservo.hooks import HOOKS
+from hydroservo.control.controllers import PI
+from hydroservo.core.hooks import HOOKS
+from hydroservo.core.roles import Block, Controller, Load, Observer, PositionSensor, Reference, role
 from hydroservo.language.source import changed_class
-from hydroservo.loads import Sine
-from hydroservo.roles import Block, Controller, Load, Observer, PositionSensor, Reference, role
+from hydroservo.machine.loads import Sine
 from hydroservo.scenario import load_plugin, load_scenario
 from hydroservo.scenario.fits import ROLES, misfit, roles_of, said_roles
 from hydroservo.scenario.registry import names_in_role
@@ -71,7 +71,7 @@ def test_what_says_its_role_by_hand_must_say_one() -> None:
 
     Odd.role = "Controller"  # type: ignore[attr-defined]
     with pytest.raises(
-        ValueError, match=r"says that its role is 'Controller', which hydroservo.roles does not have"
+        ValueError, match=r"says that its role is 'Controller', which hydroservo.core.roles does not have"
     ):
         said_roles(Odd)
 
@@ -79,7 +79,7 @@ def test_what_says_its_role_by_hand_must_say_one() -> None:
 CLASS = """\
 from typing import NamedTuple
 
-from hydroservo.roles import Controller, Load, role
+from hydroservo.core.roles import Controller, Load, role
 
 
 @role({role})

@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 import hydroservo as hs
+from hydroservo.core.ops import sqrt
 from hydroservo.engine import flat, machine_code, native
 from hydroservo.engine.llvm.entries import DOUBLES, kernel_text
 from hydroservo.engine.machine_code import with_estimated_roots
 from hydroservo.engine.native import Native
 from hydroservo.engine.recipe import features
-from hydroservo.ops import sqrt
 
 LARGEST, SMALLEST = np.finfo(float).max, np.finfo(float).tiny
 OWN = [0.0, -0.0, math.inf]

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from hydroservo import load_scenario
-from hydroservo.block import values
-from hydroservo.references import Ramp
-from hydroservo.roles import Reference, role
+from hydroservo.control.references import Ramp
+from hydroservo.core.block import values
+from hydroservo.core.roles import Reference, role
+from hydroservo.core.signals import Demand
+from hydroservo.core.states import filled
 from hydroservo.runs.rows import FIRST, answering, demands, machine_rates
 from hydroservo.runs.run import ready
-from hydroservo.signals import Demand
-from hydroservo.states import filled
 
 MACHINES = ("paper/sine-tsmc", "axis/position", "axis/pump-controlled")
 

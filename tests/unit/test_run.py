@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from hydroservo import LoopError, ParameterError, Simulation, replace, simulate
-from hydroservo.controllers import PI
+from hydroservo.control.controllers import PI
 from hydroservo.runs.results import metrics_of
 from hydroservo.runs.run import trace_size, whole
 from hydroservo.runs.trace import instants

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, draws, relative, run_of
-from hydroservo.block import Block
-from hydroservo.controllers import PI, TSMC
-from hydroservo.loop import AUTO
-from hydroservo.plants import Cylinder, LoadPressurePlant
+from hydroservo.control.controllers import PI, TSMC
+from hydroservo.control.loop import AUTO
+from hydroservo.core.block import Block
+from hydroservo.machine.plants import Cylinder, LoadPressurePlant
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.run import simulate
 from hydroservo.scenario import assembled, load_scenario

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from hydroservo import ScenarioError, simulate, tune
-from hydroservo.controllers import DAC, PI, TSMC, Backstepping
-from hydroservo.loads import Recorded
+from hydroservo.control.controllers import DAC, PI, TSMC, Backstepping
+from hydroservo.machine.loads import Recorded
+from hydroservo.machine.valves import FirstOrderValve, SecondOrderValve, StaticValve
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, scenarios
 from hydroservo.scenario.layers import builtin_texts
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, SecondOrderValve, StaticValve
 from tests.support.bases import on_base
 from tests.support.equality import assert_same_block
 
@@ -172,7 +172,7 @@ def test_another_law_takes_no_number_of_the_law_below_it(files) -> None:
 LAGGED = """
 from typing import NamedTuple
 
-from hydroservo.observers import FilteredDerivative
+from hydroservo.control.observers import FilteredDerivative
 
 
 class Lagged(NamedTuple):

@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 
 from hydroservo import ScenarioError
-from hydroservo.block import values
+from hydroservo.control.wiring import believed
+from hydroservo.core.block import values
+from hydroservo.machine.supplies import GasAccumulator, ReliefValve
+from hydroservo.machine.valves import FirstOrderValve, FourEdges, Orifice, SecondOrderValve, StaticValve
 from hydroservo.scenario import load_plugin, load_scenario
-from hydroservo.supplies import GasAccumulator, ReliefValve
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, FourEdges, Orifice, SecondOrderValve, StaticValve
-from hydroservo.wiring import believed
 from tests.support.bases import on_base
 from tests.support.equality import assert_same_block
 
@@ -162,9 +162,9 @@ def test_a_plugin_s_constructor(tmp_path: Path) -> None:
     plugin = tmp_path / "mine.py"
     plugin.write_text("""
 from typing import Annotated, NamedTuple
-from hydroservo.block import Field
-from hydroservo.references import Sine
-from hydroservo.signals import Demand
+from hydroservo.core.block import Field
+from hydroservo.control.references import Sine
+from hydroservo.core.signals import Demand
 
 class Fixed(NamedTuple):
     value: Annotated[float, Field("m/s", "value")] = 0.0

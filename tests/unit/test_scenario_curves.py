@@ -5,16 +5,16 @@ from pathlib import Path
 import pytest
 
 from hydroservo import Loop, ScenarioError, load_scenario
-from hydroservo.curve import Curve
-from hydroservo.field import Field
+from hydroservo.core.curve import Curve
+from hydroservo.core.field import Field
 
 LAW = '''"""A P law whose gain is a curve over the speed."""
 
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ops
-from hydroservo.curve import Curve
-from hydroservo.roles import Controller, role
+from hydroservo.core.curve import Curve
+from hydroservo.core.roles import Controller, role
 
 
 class CurveState(NamedTuple):

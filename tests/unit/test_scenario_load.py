@@ -7,18 +7,18 @@ from pathlib import Path
 import pytest
 
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
-from hydroservo.block import leaves, model_in, value_at
-from hydroservo.controllers import PI, TSMC, Backstepping, Saturation
-from hydroservo.loads import Constant
-from hydroservo.loads import Sine as SineLoad
-from hydroservo.observers import Implicit, ModelDerivative, TSMObserver
-from hydroservo.plants import Cylinder, DesignModel
-from hydroservo.references import Sine as SineReference
-from hydroservo.references import Square
+from hydroservo.control.controllers import PI, TSMC, Backstepping, Saturation
+from hydroservo.control.observers import Implicit, ModelDerivative, TSMObserver
+from hydroservo.control.references import Sine as SineReference
+from hydroservo.control.references import Square
+from hydroservo.control.wiring import believed, wired
+from hydroservo.core.block import leaves, model_in, value_at
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.loads import Sine as SineLoad
+from hydroservo.machine.plants import Cylinder, DesignModel
+from hydroservo.machine.valves import FirstOrderValve
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve
-from hydroservo.wiring import believed, wired
 from tests.support.bases import CYLINDER, on_base
 from tests.support.equality import assert_same_block
 

@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, LoopError, ScenarioError, monitors, simulate
-from hydroservo.controllers import PI
-from hydroservo.group import group
-from hydroservo.metrics import declared_metrics, monitors_of, usual
-from hydroservo.monitors.group import Usual
+from hydroservo.control.controllers import PI
+from hydroservo.control.metrics import declared_metrics, monitors_of, usual
+from hydroservo.control.monitors.group import Usual
+from hydroservo.core.group import group
 from hydroservo.runs.provenance import scenario_hash, scenario_text
 from hydroservo.runs.results import metric_fields, metrics_of
 from hydroservo.scenario import load_scenario
@@ -33,7 +33,7 @@ PLUGIN = '''\
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ops
-from hydroservo.roles import Monitor, role
+from hydroservo.core.roles import Monitor, role
 
 
 class TopSpeedState(NamedTuple):

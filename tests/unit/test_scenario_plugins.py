@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from hydroservo import ParameterError, ScenarioError, replace, simulate
-from hydroservo.block import Block
+from hydroservo.control.wiring import believed
+from hydroservo.core.block import Block
 from hydroservo.runs.provenance import describe
 from hydroservo.scenario import load_plugin, load_scenario, plugins
 from hydroservo.scenario.plugins import plugin_classes
-from hydroservo.wiring import believed
 from tests.support.bases import on_base
 from tests.support.equality import assert_same_block
 
@@ -22,9 +22,9 @@ pytestmark = pytest.mark.usefixtures("forgotten")
 
 BLOCK = """
 from typing import Annotated, NamedTuple
-from hydroservo.block import Field
-from hydroservo.controllers import Saturation
-from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
+from hydroservo.core.block import Field
+from hydroservo.control.controllers import Saturation
+from hydroservo.machine.plants.design_model import THIS_MACHINE, DesignModel
 
 class {name}State(NamedTuple):
     u: Annotated[float, Field("V", "command")]
@@ -221,8 +221,8 @@ def test_a_valve_that_a_law_with_a_model_cannot_know_is_refused(tmp_path: Path) 
         "Bare",
         """
 from typing import Annotated, NamedTuple
-from hydroservo.block import Field
-from hydroservo.valves import StaticValveState
+from hydroservo.core.block import Field
+from hydroservo.machine.valves import StaticValveState
 
 class Bare(NamedTuple):
     gain: Annotated[float, Field("m/V", "gain", above=0)] = 5e-4

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from hydroservo import ScenarioError
-from hydroservo.block import leaves
-from hydroservo.controllers import TSMC
+from hydroservo.control.controllers import TSMC
+from hydroservo.core.block import leaves
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.scenario.load import assembled

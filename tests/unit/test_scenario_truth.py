@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from hydroservo import ScenarioError
-from hydroservo.block import leaves
-from hydroservo.mechanics import Mass
-from hydroservo.oils import ConstantOil
-from hydroservo.plants import Cylinder
+from hydroservo.core.block import leaves
+from hydroservo.machine.mechanics import Mass
+from hydroservo.machine.oils import ConstantOil
+from hydroservo.machine.plants import Cylinder
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base

@@ -8,9 +8,9 @@ from typing import Any
 import jsonschema
 import pytest
 
-from hydroservo.errors import ParameterError
-from hydroservo.field import Field
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import Field
 from hydroservo.scenario import load_plugin
 from hydroservo.scenario.keys import descriptions, keys_of, range_of, role_named, types_by_role
 from hydroservo.scenario.layers import builtin_texts
@@ -109,7 +109,7 @@ def test_it_has_the_keys_of_a_search_and_of_logs() -> None:
 
 
 def test_an_editor_shows_meaning_unit_and_range() -> None:
-    law = SCHEMA["definitions"]["hydroservo.controllers.pi.PI"]["properties"]
+    law = SCHEMA["definitions"]["hydroservo.control.controllers.pi.PI"]["properties"]
     assert law["proportional_gain"]["description"] == "proportional gain k_p [V/y], ≥ 0"
     assert law["integral_gain"]["anyOf"][0] == {"type": "number", "minimum": 0}
     assert law["type"]["description"].startswith("u = sat(k_p e + k_i int e dt)")

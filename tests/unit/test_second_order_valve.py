@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from hydroservo import ParameterError
+from hydroservo.machine.valves import SecondOrderValve, SecondOrderValveState
 from hydroservo.papers.tsmc_eha_2021.machine import ORIFICE
 from hydroservo.testing.examples import example
-from hydroservo.valves import SecondOrderValve, SecondOrderValveState
 
 
 def response(valve: SecondOrderValve, frequency: float) -> complex:

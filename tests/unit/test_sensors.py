@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, Simulation, ops, replace, simulate
-from hydroservo.controllers import PI
-from hydroservo.sensors import IdealSensors, IdealSensorsState, NoisySensors, NoisySensorsState
-from hydroservo.signals import Draws, MachineOutputs
+from hydroservo.control.controllers import PI
+from hydroservo.core.signals import Draws, MachineOutputs
+from hydroservo.machine.sensors import IdealSensors, IdealSensorsState, NoisySensors, NoisySensorsState
 from hydroservo.testing.examples import example
 
 MACHINE = MachineOutputs(0.1, 20.0, 0.03, 2e6, 1e6, 0.0)

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from hydroservo.controlled import Velocity
-from hydroservo.controllers import (
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.controllers import (
     PI,
     AccelerationFeedback,
     DeadBandCompensation,
@@ -16,7 +16,7 @@ from hydroservo.controllers import (
     Saturation,
     VelocityCompensation,
 )
-from hydroservo.signals import Demand, Measurement
+from hydroservo.core.signals import Demand, Measurement
 
 H = 1e-3
 LIMIT = Saturation(5.0)

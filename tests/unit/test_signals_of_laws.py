@@ -5,13 +5,13 @@ import math
 import pytest
 
 from hydroservo import Aim, ParameterError, ScenarioError, load_scenario, plot, replace, simulate, tune
-from hydroservo.block import Block, field_at
-from hydroservo.controlled import Command, Force, LoadPressure, Position, PressureA, Velocity
-from hydroservo.controllers import DAC, PI, TSMC, Backstepping, OpenLoop
-from hydroservo.loads import Constant
-from hydroservo.references import Sine, Step
+from hydroservo.control.controlled import Command, Force, LoadPressure, Position, PressureA, Velocity
+from hydroservo.control.controllers import DAC, PI, TSMC, Backstepping, OpenLoop
+from hydroservo.control.references import Sine, Step
+from hydroservo.core.block import Block, field_at
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.loads import Constant
 from hydroservo.runs.run import ready
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 from tests.support.monitors import SHORT
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.errors import ScenarioError
+from hydroservo.core.errors import ScenarioError
 from tests.support.axes import AXIS
 from tests.support.commanded_logs import LOADED, fit, moves
 

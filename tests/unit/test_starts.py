@@ -20,18 +20,18 @@ from hydroservo import (
     simulate,
     simulate_batch,
 )
-from hydroservo.block import Block, field_at, leaves, value_at, values
-from hydroservo.group import group, nested
-from hydroservo.loads import Constant
-from hydroservo.plants import Cylinder
-from hydroservo.roles import Start, role
+from hydroservo.core.block import Block, field_at, leaves, value_at, values
+from hydroservo.core.group import group, nested
+from hydroservo.core.roles import Start, role
+from hydroservo.core.states import filled
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.starts import AsBuilt, Steady
+from hydroservo.machine.valves import FirstOrderValve, FourEdges, SecondOrderValve, StaticValve
 from hydroservo.runs.columns import starts
 from hydroservo.runs.run import prepare, ready
 from hydroservo.runs.steady import sized, steady_state
-from hydroservo.starts import AsBuilt, Steady
-from hydroservo.states import filled
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve, StaticValve
 from tests.support.monitors import SHORT
 
 BRIEF = Simulation(duration=5e-3, period=1e-3, substeps=2, record_period=1e-3)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.identification.maps.friction import values_of
 from hydroservo.identification.maps.friction_law import fitted_friction
 from hydroservo.identification.maps.result import Interval
 from hydroservo.identification.regression import regression
-from hydroservo.mechanics import ElastoPlastic, LuGre
+from hydroservo.machine.mechanics import ElastoPlastic, LuGre
 from tests.support.map_logs import scenario
 
 TIME = np.linspace(0.0, 20.0, 4001)

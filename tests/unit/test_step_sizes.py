@@ -11,14 +11,17 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, ScenarioError, Simulation, ops, replace, simulate, simulate_batch
-from hydroservo.block import Field
-from hydroservo.controllers import PI
-from hydroservo.errors import ParameterError
-from hydroservo.integrators import RK4, Rosenbrock, Tsit5
-from hydroservo.loads import Constant, Square
-from hydroservo.loop import AUTO
-from hydroservo.plants import LoadPressurePlant
-from hydroservo.references import Square as SquareDemand
+from hydroservo.control.controllers import PI
+from hydroservo.control.loop import AUTO
+from hydroservo.control.references import Square as SquareDemand
+from hydroservo.core.block import Field
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.core.validation import checked
+from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
+from hydroservo.machine.loads import Constant, Square
+from hydroservo.machine.plants import LoadPressurePlant
+from hydroservo.machine.valves import FirstOrderValve
 from hydroservo.runs.step_sizes import (
     checked_steps,
     difference,
@@ -30,10 +33,7 @@ from hydroservo.runs.step_sizes import (
     warning,
 )
 from hydroservo.scenario import load_scenario, parse_override
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
-from hydroservo.validation import checked
-from hydroservo.valves import FirstOrderValve
 from tests.support.equality import assert_same_block
 from tests.support.scenarios import MACHINES
 

@@ -1,6 +1,6 @@
 """What the supply leaves for the valve."""
 
-from hydroservo.supplies import IdealSupply
+from hydroservo.machine.supplies import IdealSupply
 from hydroservo.testing.examples import example
 
 

@@ -8,18 +8,18 @@ import pytest
 from scipy.linalg import eig
 from scipy.signal import cont2discrete
 
-from hydroservo.block import Block, Field
-from hydroservo.controllers import LQI
-from hydroservo.errors import ParameterError
-from hydroservo.hooks import designed
-from hydroservo.plants import DesignModel
-from hydroservo.roles import Controller, role
-from hydroservo.signals import Demand, Measurement
-from hydroservo.synthesis.gains import computed, no_gain
-from hydroservo.synthesis.linear_model import at_rest, with_disturbances
-from hydroservo.synthesis.lqr import lqr
-from hydroservo.synthesis.memory import both, integrator, oscillator, remembering
-from hydroservo.synthesis.sampled import under_held_input, under_white_noise
+from hydroservo.control.controllers import LQI
+from hydroservo.control.synthesis.gains import computed, no_gain
+from hydroservo.control.synthesis.linear_model import at_rest, with_disturbances
+from hydroservo.control.synthesis.lqr import lqr
+from hydroservo.control.synthesis.memory import both, integrator, oscillator, remembering
+from hydroservo.control.synthesis.sampled import under_held_input, under_white_noise
+from hydroservo.core.block import Block, Field
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.hooks import designed
+from hydroservo.core.roles import Controller, role
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.plants import DesignModel
 from hydroservo.testing.examples import example
 
 MODEL = example(DesignModel)

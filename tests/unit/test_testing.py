@@ -11,16 +11,16 @@ import pytest
 from hypothesis import Phase
 
 from hydroservo import HydroservoError, replace
-from hydroservo.controllers import DAC, PI, TSMC
+from hydroservo.control.controllers import DAC, PI, TSMC
+from hydroservo.core.roles import Filter, Limiter, Load, Model, Reference, role
+from hydroservo.core.signals import Demand
 from hydroservo.engine.compiling import compiled
 from hydroservo.export import compilers
-from hydroservo.plants import DesignModel
-from hydroservo.roles import Filter, Limiter, Load, Model, Reference, role
+from hydroservo.machine.plants import DesignModel
+from hydroservo.machine.sensors import NoPosition
 from hydroservo.scenario import load_plugin
 from hydroservo.scenario.fits import ROLES, roles_of
 from hydroservo.scenario.registry import shipped_classes
-from hydroservo.sensors import NoPosition
-from hydroservo.signals import Demand
 from hydroservo.testing import BlockContract, ContractError, answers, asking, behaviour, check_block
 from hydroservo.testing.asking import Answer, answer_of, by_cause
 from hydroservo.testing.case import case_of
@@ -38,7 +38,7 @@ from typing import Annotated, NamedTuple
 from itertools import count
 
 from hydroservo import Field, ops
-from hydroservo.roles import Load, role
+from hydroservo.core.roles import Load, role
 
 
 @role(Load)
@@ -57,8 +57,8 @@ VALVE = '''\
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field
-from hydroservo.roles import MeteringEdges, Valve, role
-from hydroservo.valves import Orifice
+from hydroservo.core.roles import MeteringEdges, Valve, role
+from hydroservo.machine.valves import Orifice
 
 
 class Rigid(NamedTuple):
@@ -189,7 +189,7 @@ WRONG = {
     ),
     "a check that stops": Wrong(
         *(RANGES, LAW, {"    def init": "    def check(self):\n        ops.no()\n\n    def init"}),
-        *("        ops.no()", "AttributeError: module 'hydroservo.ops' has no attribute 'no'"),
+        *("        ops.no()", "AttributeError: module 'hydroservo.core.ops' has no attribute 'no'"),
     ),
     "a whole number": Wrong(
         *(FLOATS, LAW, {"State(0.0)": "State(0)"}, "    def init", "u of init is 0: must be a float")
@@ -390,7 +390,7 @@ def test_a_sensor_may_know_nothing() -> None:
 
 
 REMEMBERING = """
-from hydroservo.vectors import vector
+from hydroservo.core.vectors import vector
 
 Memory = vector("Memory", {size}, Field("V", "command, by age"))
 

@@ -10,15 +10,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import quad, solve_ivp
 
-from hydroservo.controllers.tsmc import TSMC
-from hydroservo.errors import ParameterError
-from hydroservo.observers.tsm import TSMObserver
-from hydroservo.papers.tsmc_eha_2021.lemmas import condition_17, condition_25, lemma_2
-from hydroservo.plants.load_pressure import LoadPressurePlant, LoadPressureState
-from hydroservo.signals import PortFlows
-from hydroservo.supplies.ideal import IdealSupply
-from hydroservo.testing.examples import example
-from hydroservo.theory import (
+from hydroservo.control.controllers.tsmc import TSMC
+from hydroservo.control.observers.tsm import TSMObserver
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.signals import PortFlows
+from hydroservo.machine.plants.load_pressure import LoadPressurePlant, LoadPressureState
+from hydroservo.machine.supplies.ideal import IdealSupply
+from hydroservo.machine.theory import (
     damping_ratio,
     decayed,
     decrease,
@@ -27,7 +25,9 @@ from hydroservo.theory import (
     proportional_gain_limit,
     settling_bound,
 )
-from hydroservo.valves.first_order import FirstOrderValve, FirstOrderValveState
+from hydroservo.machine.valves.first_order import FirstOrderValve, FirstOrderValveState
+from hydroservo.papers.tsmc_eha_2021.lemmas import condition_17, condition_25, lemma_2
+from hydroservo.testing.examples import example
 
 LEMMA_1 = [  # mu [1/s], delta, alpha, V(0)
     (2000.0, 100.0, 6 / 7, 1e-3),

@@ -5,10 +5,10 @@ import math
 import pytest
 
 from hydroservo import load_scenario, replace
+from hydroservo.control.loop import Loop
 from hydroservo.linear.places import sliding
 from hydroservo.linear.trusted import Trusted, agrees, trusted_margins
 from hydroservo.linear.view import smoothest
-from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 from tests.support.brink import at_the_brink
 

@@ -21,18 +21,18 @@ from hydroservo import (
     simulate,
     simulate_batch,
 )
-from hydroservo.block import Block
-from hydroservo.controllers import PI, Backstepping
-from hydroservo.controllers.pi import PIState
-from hydroservo.metrics import judged_by
-from hydroservo.monitors import CommandEnergy, IntegralCriteria
+from hydroservo.control.controllers import PI, Backstepping
+from hydroservo.control.controllers.pi import PIState
+from hydroservo.control.metrics import judged_by
+from hydroservo.control.monitors import CommandEnergy, IntegralCriteria
+from hydroservo.core.block import Block
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.runs import objective
 from hydroservo.runs.space import latin_hypercube
 from hydroservo.runs.tuned import Tuned
 from hydroservo.runs.tuning import searched
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.tuning import tune as bounded_tune
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
 tune = partial(bounded_tune, bounded=False)

@@ -3,8 +3,8 @@
 import pytest
 
 from hydroservo import Field
+from hydroservo.core.unit_algebra import exchanged
 from hydroservo.scenario.units import factor_and_dimension
-from hydroservo.unit_algebra import exchanged
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from hydroservo import HydroservoWarning, Loop, Simulation, simulate
-from hydroservo.controllers import TSMC
+from hydroservo.control.controllers import TSMC
 from hydroservo.figures.run import plot_comparison, plot_run
 from hydroservo.runs.cautions.unrecorded import record_caution, unrecorded_command
 from hydroservo.testing.examples import example

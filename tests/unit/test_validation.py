@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, Field
-from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.time_series import TimeSeries
-from hydroservo.validation import allowed, checked
+from hydroservo.core.block import Block, Field
+from hydroservo.core.errors import HydroservoError, ParameterError
+from hydroservo.core.time_series import TimeSeries
+from hydroservo.core.validation import allowed, checked
 
 
 class Inner(NamedTuple):

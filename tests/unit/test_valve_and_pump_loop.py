@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, Simulation, simulate
-from hydroservo.references import Step
-from hydroservo.supplies import PumpSupply
+from hydroservo.control.references import Step
+from hydroservo.machine.supplies import PumpSupply
+from hydroservo.machine.valves import FourEdges, SecondOrderValve
 from hydroservo.testing.examples import example
-from hydroservo.valves import FourEdges, SecondOrderValve
 
 LOOP = example(
     Loop,

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import pytest
 
-from hydroservo.block import Block
-from hydroservo.controllers import Saturation, ValveInversion
-from hydroservo.signals import Demand, Measurement
+from hydroservo.control.controllers import Saturation, ValveInversion
+from hydroservo.core.block import Block
+from hydroservo.core.signals import Demand, Measurement
 
 DT, TAU = 1e-3, 0.01
 KEPT = math.exp(-DT / TAU)

@@ -8,16 +8,16 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hydroservo import replace, simulate
-from hydroservo.block import Block
-from hydroservo.controllers import Backstepping, Inverting
-from hydroservo.hooks import designed
-from hydroservo.observers import Estimates, KalmanObserver, ValveLag
-from hydroservo.plants import DesignModel
-from hydroservo.pulls import LinearPull
+from hydroservo.control.controllers import Backstepping, Inverting
+from hydroservo.control.observers import Estimates, KalmanObserver, ValveLag
+from hydroservo.control.pulls import LinearPull
+from hydroservo.control.wiring import believed
+from hydroservo.core.block import Block
+from hydroservo.core.hooks import designed
+from hydroservo.core.signals import Measurement
+from hydroservo.machine.plants import DesignModel
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Measurement
 from hydroservo.testing.examples import example
-from hydroservo.wiring import believed
 
 TAU, PERIOD = 0.01, 1e-3
 MODEL = example(DesignModel)

@@ -5,8 +5,14 @@ import math
 import pytest
 
 from hydroservo import ParameterError
+from hydroservo.machine.valves import (
+    FirstOrderValve,
+    FirstOrderValveState,
+    Orifice,
+    StaticValve,
+    StaticValveState,
+)
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, FirstOrderValveState, Orifice, StaticValve, StaticValveState
 
 REST = StaticValveState()
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.block import field_at, leaves
+from hydroservo.core.block import field_at, leaves
+from hydroservo.core.field import Field, declared_fields
+from hydroservo.core.vectors import matrix, vector
 from hydroservo.engine.compiling import compiled
-from hydroservo.field import Field, declared_fields
-from hydroservo.vectors import matrix, vector
 
 Three = vector("Three", 3, Field("m/s", "speed of wheel", at_least=0))
 Second = vector("Second", 1000, Field("V", "command"))

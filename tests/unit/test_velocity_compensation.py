@@ -2,10 +2,10 @@
 
 import pytest
 
-from hydroservo.controlled import Velocity
-from hydroservo.controllers import PI, VelocityCompensation
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.controllers import PI, VelocityCompensation
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
-from hydroservo.signals import Demand, Measurement
 
 H = 1e-3
 FULL = -MODEL.f2(1.0, 0.0) / MODEL.g2(0.0, 0.0)  # 1/K_v [V s/m]

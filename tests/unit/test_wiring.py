@@ -6,23 +6,32 @@ from typing import Any, NamedTuple
 import pytest
 
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
-from hydroservo.block import Block, model_in
-from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
-from hydroservo.hooks import at_rest
-from hydroservo.mechanics import Mass
-from hydroservo.oils import AeratedOil
+from hydroservo.control.controllers import (
+    DAC,
+    PI,
+    TSMC,
+    AntiWindup,
+    Backstepping,
+    Delay,
+    RateLimit,
+    Saturation,
+)
+from hydroservo.control.wiring import believed, wired
+from hydroservo.core.block import Block, model_in
+from hydroservo.core.hooks import at_rest
+from hydroservo.machine.mechanics import Mass
+from hydroservo.machine.oils import AeratedOil
+from hydroservo.machine.plants import Cylinder, DesignModel, LoadPressurePlant, ThisMachine
+from hydroservo.machine.sensors import DelayedSensors, Dropout, Encoder, IdealSensors, RigSensors
+from hydroservo.machine.supplies import IdealSupply
+from hydroservo.machine.valves import FirstOrderValve
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
-from hydroservo.plants import Cylinder, DesignModel, LoadPressurePlant, ThisMachine
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.results import metrics_of
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.plugins import load_plugin
-from hydroservo.sensors import DelayedSensors, Dropout, Encoder, IdealSensors, RigSensors
-from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve
-from hydroservo.wiring import believed, wired
 from tests.support.bases import DATASHEET, on_base
 from tests.support.equality import assert_same_block
 
@@ -151,8 +160,8 @@ def test_a_wrapper_s_model_and_that_of_its_law_are_filled_both(tmp_path: Path) -
         tmp_path,
         """
 from typing import NamedTuple
-from hydroservo.block import Block
-from hydroservo.plants import DesignModel, ThisMachine
+from hydroservo.core.block import Block
+from hydroservo.machine.plants import DesignModel, ThisMachine
 
 class Ahead(NamedTuple):
     controller: Block
@@ -248,7 +257,7 @@ def test_in_a_scenario_it_is_one_line_with_file_and_table(tmp_path: Path) -> Non
         tmp_path,
         """
 from typing import NamedTuple
-from hydroservo.valves import Orifice, StaticValve
+from hydroservo.machine.valves import Orifice, StaticValve
 
 class Unmetered(NamedTuple):
     valve: StaticValve = StaticValve(5e-4, 5e-3, Orifice(0.62, 0.024, 850.0))

@@ -13,8 +13,8 @@ import pytest
 
 from hydroservo import ParameterError
 from hydroservo._version import __version__
-from hydroservo.errors import HydroservoError
-from hydroservo.outputs import PREFIX, OutputError, staged
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.outputs import PREFIX, OutputError, staged
 from hydroservo.work import store as module
 from hydroservo.work.doing import UnitsError, do
 from hydroservo.work.processes import MOST_DEATHS

@@ -11,15 +11,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import Field, Loop, ScenarioError, Simulation, simulate
-from hydroservo.block import Block, model_in, value_at
-from hydroservo.controlled import Velocity
-from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
-from hydroservo.observers import Implicit, TSMObserver
-from hydroservo.plants import DesignModel
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.controllers import (
+    DAC,
+    PI,
+    TSMC,
+    AntiWindup,
+    Backstepping,
+    Delay,
+    RateLimit,
+    Saturation,
+)
+from hydroservo.control.observers import Implicit, TSMObserver
+from hydroservo.control.wiring import with_signal
+from hydroservo.core.block import Block, model_in, value_at
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.plants import DesignModel
 from hydroservo.scenario import load_scenario
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
-from hydroservo.wiring import with_signal
 from tests.support.bases import on_base
 
 H = 1e-3

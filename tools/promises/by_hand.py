@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, leaves
+from hydroservo.core.block import Block, leaves
 
 ATMOSPHERE = 101325.0  # [Pa]
 GROUPS = ("plant", "valve", "supply", "drive", "load")

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import hydroservo
-from hydroservo.errors import HydroservoError, HydroservoWarning
-from hydroservo.group import group
+from hydroservo.core.errors import HydroservoError, HydroservoWarning
+from hydroservo.core.group import group
 from tools.promises.given import KINDS, Given, again, stock
 
 PACKAGE = Path(hydroservo.__file__).parent

@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from hydroservo.outputs import PREFIX
+from hydroservo.core.outputs import PREFIX
 
 Files = dict[str, str]  # digests by path
 

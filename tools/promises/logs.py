@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.field import Field
+from hydroservo.core.field import Field
 from hydroservo.identification.log import read_log
 from hydroservo.scenario.records.series import read_series
 

@@ -8,10 +8,10 @@ from datetime import date
 from functools import cache
 from typing import Any
 
-from hydroservo.errors import ScenarioError
-from hydroservo.field import declared_fields
-from hydroservo.group import group_class
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.field import declared_fields
+from hydroservo.core.group import group_class
 from hydroservo.runs.provenance import describe
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.registry import makers, shipped_classes

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hydroservo.outputs import write_text
+from hydroservo.core.outputs import write_text
 
 FOUND = Path(__file__).parents[2] / "docs" / "promises.json"
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import ode
 
-from hydroservo.block import Block, leaves, values
-from hydroservo.states import filled
+from hydroservo.core.block import Block, leaves, values
+from hydroservo.core.states import filled
 from tools.promises.by_hand import machine
 
 INSIDE = 4  # steps of a sample period, at least

@@ -60,7 +60,7 @@ RIGHT = {
 LAW = '''from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ParameterError
-from hydroservo.roles import Controller, role
+from hydroservo.core.roles import Controller, role
 
 
 class State(NamedTuple):

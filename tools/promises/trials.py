@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.outputs import PREFIX
+from hydroservo.core.outputs import PREFIX
 from tools.promises.commands import Command
 from tools.promises.forked import Ended, start
 from tools.promises.left import Files, damage, files_in, hidden

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydroservo import Loop, simulate
-from hydroservo.block import Block, leaves
+from hydroservo.core.block import Block, leaves
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.run import ready
 from hydroservo.runs.step_sizes import machine_paths

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from hydroservo.block import Block, is_block
-from hydroservo.controllers import (
+from hydroservo.control.controllers import (
     DAC,
     PI,
     PID,
@@ -24,7 +23,7 @@ from hydroservo.controllers import (
     ValveInversion,
     VelocityCompensation,
 )
-from hydroservo.observers import (
+from hydroservo.control.observers import (
     BoundaryLayer,
     Explicit,
     FilteredDerivative,
@@ -34,9 +33,10 @@ from hydroservo.observers import (
     PositionKalmanObserver,
     TSMObserver,
 )
+from hydroservo.control.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
+from hydroservo.core.block import Block, is_block
+from hydroservo.core.roles import Basis, Controller, Differentiator, Observer, Pull, Reaching, Realisation
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
-from hydroservo.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
-from hydroservo.roles import Basis, Controller, Differentiator, Observer, Pull, Reaching, Realisation
 from hydroservo.scenario.fits import said_roles
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing.examples import example

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.app.source import Source
-from hydroservo.errors import HydroservoError, short
-from hydroservo.outputs import temporary_folder
+from hydroservo.core.errors import HydroservoError, short
+from hydroservo.core.outputs import temporary_folder
 from hydroservo.runs.run import simulate
 
 Report = Callable[[float, str], None]  # called with the fraction done, and what is being done

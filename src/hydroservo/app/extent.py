@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.formatting import number
+from hydroservo.core.formatting import number
 
 Vector = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from hydroservo.app.form import form_of, numbers_in
 from hydroservo.app.source import Home, source_of
-from hydroservo.errors import HydroservoError, ParameterError, ScenarioError, clipped, defect, short
+from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError, clipped, defect, short
 
 LONGEST = 200  # characters of a path
 OF_BLOCK = re.compile(r"(\w+) = (.*?): (.*)", re.DOTALL)  # what a block says of one of its numbers

@@ -6,18 +6,18 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from hydroservo.field import Field, declared_fields
-from hydroservo.formatting import readable_unit
-from hydroservo.group import group
-from hydroservo.loop import Loop
-from hydroservo.roles import ControlledSignal
-from hydroservo.roles.saying import is_role
+from hydroservo.control.loop import Loop
+from hydroservo.core.field import Field, declared_fields
+from hydroservo.core.formatting import readable_unit
+from hydroservo.core.group import group
+from hydroservo.core.roles import ControlledSignal
+from hydroservo.core.roles.saying import is_role
+from hydroservo.core.validation import allowed
 from hydroservo.scenario import Assembly
 from hydroservo.scenario.build import SIGNALS, Context, Draft
 from hydroservo.scenario.fits import hints
 from hydroservo.scenario.quantities import number_and_unit, unit_factor
 from hydroservo.scenario.registry import makers, names_in_role
-from hydroservo.validation import allowed
 
 MACHINE = ("load", "plant", "valve", "supply", "drive")
 ORDER = ("reference", "controller", *MACHINE, "sensors", "hold", "simulation")

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.command_scale import in_command_unit
-from hydroservo.formatting import with_label
+from hydroservo.control.loop import Loop
+from hydroservo.core.command_scale import in_command_unit
+from hydroservo.core.formatting import with_label
 from hydroservo.linear.bode import bode
 from hydroservo.linear.bode_finding import bode_finding
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.places import sliding
 from hydroservo.linear.responses import responses
-from hydroservo.loop import Loop
 from hydroservo.show import Table
 from hydroservo.show.table import texts_of
 

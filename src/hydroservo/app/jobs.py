@@ -12,8 +12,8 @@ from hydroservo.app.saved import scenario_text
 from hydroservo.app.sketch import sketched_run
 from hydroservo.app.source import Home, source_of
 from hydroservo.app.trajectory import drawn_run
-from hydroservo.errors import HydroservoWarning
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import HydroservoWarning
 from hydroservo.runs.run import simulate
 
 if TYPE_CHECKING:

@@ -15,8 +15,9 @@ from hydroservo.app.failures import NUMBER
 from hydroservo.app.form import form_of, numbers_in
 from hydroservo.app.source import Home, Source
 from hydroservo.app.trajectory import on_axes, thinned
-from hydroservo.errors import HydroservoError, ScenarioError, short
-from hydroservo.formatting import quantity
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import HydroservoError, ScenarioError, short
+from hydroservo.core.formatting import quantity
 from hydroservo.identification.experiment import experiment, first_steps
 from hydroservo.identification.finding import log_finding
 from hydroservo.identification.identified import identify
@@ -30,7 +31,6 @@ from hydroservo.identification.log import (
     read_log,
 )
 from hydroservo.identification.segments import Understood, understood
-from hydroservo.loop import Loop
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.scenario.records import RECORD_ENDINGS

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 from hydroservo.app.failures import failure, in_own_unit
 from hydroservo.app.form import entry_of
 from hydroservo.app.source import Source, checked_changes
-from hydroservo.errors import ScenarioError, short
-from hydroservo.field import Field, declared_fields
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ScenarioError, short
+from hydroservo.core.field import Field, declared_fields
 from hydroservo.scenario import Assembly, assembled, scenarios
 from hydroservo.scenario.build import Draft, maker_named
 from hydroservo.scenario.fits import hints

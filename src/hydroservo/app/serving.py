@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from hydroservo.app.guard import LOOPBACK, Door
 from hydroservo.app.source import Home
-from hydroservo.errors import HydroservoError, ParameterError, require
-from hydroservo.outputs import temporary_folder
+from hydroservo.core.errors import HydroservoError, ParameterError, require
+from hydroservo.core.outputs import temporary_folder
 from hydroservo.runs.arguments import checked_path
 
 PORT = 8642

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydroservo.loop import AUTO, Loop
-from hydroservo.metrics import monitors_of, values_of
+from hydroservo.control.loop import AUTO, Loop
+from hydroservo.control.metrics import monitors_of, values_of
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.run import Mode, complete, lost, paths_of, plan_of, ready, run
 from hydroservo.runs.step_sizes import with_substeps

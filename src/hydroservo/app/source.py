@@ -7,8 +7,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.errors import ScenarioError, short
-from hydroservo.outputs import write_text
+from hydroservo.core.errors import ScenarioError, short
+from hydroservo.core.outputs import write_text
 from hydroservo.scenario import Assembly, assembled
 from hydroservo.scenario.layers import OVERRIDES, builtin_texts
 from hydroservo.scenario.tables import parsed

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.app.extent import beyond, extent_of
-from hydroservo.field import Field
-from hydroservo.formatting import common_unit, with_label
-from hydroservo.hooks import has_chambers, is_valveless
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.field import Field
+from hydroservo.core.formatting import common_unit, with_label
+from hydroservo.core.hooks import has_chambers, is_valveless
 from hydroservo.runs.results import metric_fields
 from hydroservo.runs.run_finding import run_finding
 from hydroservo.show import Table

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from hydroservo.app.failures import Stopped, failure_at_field
 from hydroservo.app.source import Home
-from hydroservo.command_scale import commands_in
+from hydroservo.core.command_scale import commands_in
 from hydroservo.work.processes import begin_worker, single_threaded_algebra
 
 PATIENCE = 1.5  # s, more than GRACE, in which the last job of the same page ends

@@ -7,21 +7,21 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.assumptions import Assumption, Facts
 from hydroservo.audits.chatter import Chatter, chatter
 from hydroservo.audits.describing import limit_of
 from hydroservo.audits.facts import facts_of
 from hydroservo.audits.finding import audit_finding
 from hydroservo.audits.sustained import OSCILLATION, Sustained, sustained
-from hydroservo.block import Block, is_block
-from hydroservo.controllers.saturation import Saturation
-from hydroservo.drives.load_sensing import LoadSensing
-from hydroservo.errors import ParameterError
-from hydroservo.field import Field
-from hydroservo.hooks import drives_in, has_chambers, is_valveless
-from hydroservo.loop import Loop
-from hydroservo.monitors import ChamberPressures, SupplyLine
-from hydroservo.plants.design_model import DesignModel
+from hydroservo.control.controllers.saturation import Saturation
+from hydroservo.control.loop import Loop
+from hydroservo.control.monitors import ChamberPressures, SupplyLine
+from hydroservo.core.assumptions import Assumption, Facts
+from hydroservo.core.block import Block, is_block
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import Field
+from hydroservo.core.hooks import drives_in, has_chambers, is_valveless
+from hydroservo.machine.drives.load_sensing import LoadSensing
+from hydroservo.machine.plants.design_model import DesignModel
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of

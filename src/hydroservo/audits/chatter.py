@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from hydroservo.audits.describing import Describing, busiest, describing, frozen, limit_of
 from hydroservo.audits.tone import SHARE
-from hydroservo.field import Field
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.field import Field
 from hydroservo.runs.arguments import checked_loop
 
 Response = NDArray[np.complex128]

@@ -7,22 +7,22 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo import ops
 from hydroservo.audits.tone import Tone
-from hydroservo.block import Block, Field, is_block
-from hydroservo.controlled.velocity import Velocity
-from hydroservo.errors import ParameterError
-from hydroservo.hooks import smoothed
-from hydroservo.loads.constant import Constant
-from hydroservo.loop import Loop
-from hydroservo.references.ramp import Ramp
-from hydroservo.roles import Controller, role
+from hydroservo.control.controlled.velocity import Velocity
+from hydroservo.control.loop import Loop
+from hydroservo.control.references.ramp import Ramp
+from hydroservo.core import ops
+from hydroservo.core.block import Block, Field, is_block
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.hooks import smoothed
+from hydroservo.core.roles import Controller, role
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.loads.constant import Constant
+from hydroservo.machine.starts import Steady
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import ready
 from hydroservo.runs.steady import steady_state
-from hydroservo.signals import Demand, Measurement
-from hydroservo.starts import Steady
 
 LOOKS = 2000  # instants of a run at which its demand is looked at
 TRIED = (1e-3, 1e-2, 0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0)  # [V], until one is enough

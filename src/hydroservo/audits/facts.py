@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.assumptions import Peak
 from hydroservo.audits.describing import limit_of
 from hydroservo.audits.lumped import CommandPeaks, CommandPeaksValues, Lumped, LumpedValues
-from hydroservo.block import Block, model_in, values
+from hydroservo.control.loop import Loop
+from hydroservo.control.wiring import believed
+from hydroservo.core.assumptions import Peak
+from hydroservo.core.block import Block, model_in, values
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.signals import Draws
+from hydroservo.core.states import filled
 from hydroservo.cosimulation import refuse_foreign
-from hydroservo.errors import ParameterError
 from hydroservo.linear import Linearization, linearize
 from hydroservo.linear.view import viewed
-from hydroservo.loop import Loop
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import ready, simulate
-from hydroservo.signals import Draws
-from hydroservo.states import filled
-from hydroservo.wiring import believed
 
 Matrix = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ INSTANT = 1e100  # a state's rate, beyond which there is no lag
 
 @dataclass(frozen=True)
 class LoopFacts:
-    """A loop's :class:`~hydroservo.assumptions.Facts`.
+    """A loop's :class:`~hydroservo.core.assumptions.Facts`.
 
     Attributes:
         given: the loop.

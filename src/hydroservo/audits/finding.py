@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 from hydroservo.audits.chatter import Chatter
 from hydroservo.audits.sustained import OSCILLATION, Sustained
-from hydroservo.formatting import counted, number, quantity
+from hydroservo.core.formatting import counted, number, quantity
 from hydroservo.runs.behaviour import pressure_line
 from hydroservo.runs.provenance import origin_of_loop
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
 from hydroservo.show.finding import title_of
 
 if TYPE_CHECKING:
-    from hydroservo.assumptions import Assumption
     from hydroservo.audits.audited import Asked, Audit, Strain
+    from hydroservo.core.assumptions import Assumption
     from hydroservo.figures.style import Plot
 
 THRESHOLD = OSCILLATION.threshold

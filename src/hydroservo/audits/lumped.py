@@ -3,11 +3,11 @@
 import math
 from typing import Annotated, NamedTuple
 
-from hydroservo import ops
-from hydroservo.block import Block
-from hydroservo.field import Field
-from hydroservo.plants.design_model import DesignModel
-from hydroservo.roles import Monitor, at_samples, role
+from hydroservo.core import ops
+from hydroservo.core.block import Block
+from hydroservo.core.field import Field
+from hydroservo.core.roles import Monitor, at_samples, role
+from hydroservo.machine.plants.design_model import DesignModel
 
 
 class Largest(NamedTuple):

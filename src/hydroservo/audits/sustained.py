@@ -7,23 +7,23 @@ from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 from hydroservo.audits.tone import swing
-from hydroservo.block import Block, Field, is_block, leaves, replace
-from hydroservo.controlled import Command
-from hydroservo.errors import HydroservoError
-from hydroservo.group import nested
+from hydroservo.control.controlled import Command
+from hydroservo.control.loop import AUTO, Loop
+from hydroservo.control.monitors import Oscillation
+from hydroservo.control.monitors.oscillation import END
+from hydroservo.control.observers import BoundaryLayer, Explicit, Implicit
+from hydroservo.control.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
+from hydroservo.control.wiring import wired
+from hydroservo.core.block import Block, Field, is_block, leaves, replace
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.group import nested
+from hydroservo.core.roles import Reference, role
+from hydroservo.core.signals import Demand
 from hydroservo.linear.onset import amplified
-from hydroservo.loads.later import LaterLoad
-from hydroservo.loop import AUTO, Loop
-from hydroservo.monitors import Oscillation
-from hydroservo.monitors.oscillation import END
-from hydroservo.observers import BoundaryLayer, Explicit, Implicit
-from hydroservo.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
-from hydroservo.roles import Reference, role
+from hydroservo.machine.loads.later import LaterLoad
+from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import ready, simulate
-from hydroservo.signals import Demand
-from hydroservo.starts import AsBuilt
-from hydroservo.wiring import wired
 
 FINE_BITS = 32  # the most that a converter has
 FINE = 1e-15  # [m] a resolution that nothing tells from none
@@ -217,7 +217,7 @@ def sustained(loop: Loop, run: Any) -> Sustained | None:
 
     Args:
         loop: the loop.
-        run: of it, with the metrics of :class:`~hydroservo.monitors.Oscillation`.
+        run: of it, with the metrics of :class:`~hydroservo.control.monitors.Oscillation`.
 
     Returns:
         None of an open loop, and where the run diverged.

@@ -6,10 +6,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydroservo import ops
-from hydroservo.block import Block
-from hydroservo.field import Field
-from hydroservo.roles import Monitor, at_samples, role
+from hydroservo.core import ops
+from hydroservo.core.block import Block
+from hydroservo.core.field import Field
+from hydroservo.core.roles import Monitor, at_samples, role
 
 TURNS = 25.0  # time constants in a window, of the mean about which a command swings
 

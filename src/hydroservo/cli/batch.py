@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydroservo.cli.progress import Report
-    from hydroservo.loop import Loop
+    from hydroservo.control.loop import Loop
     from hydroservo.scenario.parts import Sampled, Workers
     from hydroservo.show import Finding
 
@@ -117,7 +117,7 @@ def batch(
       --scheduler tcp://head:8786`
     """
     from hydroservo.cli.remarks import log_kernels
-    from hydroservo.errors import HydroservoError, require
+    from hydroservo.core.errors import HydroservoError, require
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.load import assembled
     from hydroservo.scenario.parts import Sampled
@@ -229,8 +229,8 @@ def in_folder(
 
 def check_workers(workers: int | None, scheduler: str | None, folder: Path | None, cuda: bool) -> None:
     """Refuse workers without a folder, those of two places, and a device that this machine has not."""
+    from hydroservo.core.errors import HydroservoError
     from hydroservo.engine.cuda_driver import device
-    from hydroservo.errors import HydroservoError
 
     if folder is None and (workers or scheduler):
         raise HydroservoError("--workers and --scheduler compute the parts of a folder: give --out DIR")
@@ -257,7 +257,7 @@ def check_sizes(runs: int, seed: int, folder: Path | None) -> None:
 
 def columns_of(sampled: "Sampled") -> int:
     """How many columns the table of a batch has, about."""
-    from hydroservo.metrics import declared_metrics, monitors_of
+    from hydroservo.control.metrics import declared_metrics, monitors_of
 
     return len(declared_metrics(monitors_of(sampled.assembly.loop))) + 2 * (
         len(sampled.varied) + sampled.seeds
@@ -266,9 +266,9 @@ def columns_of(sampled: "Sampled") -> int:
 
 def metric_of(loop: "Loop", metric: str | None, scenario: str) -> str:
     """The metric that is asked for; of a loop without the usual one, another, with a line that says so."""
-    from hydroservo.errors import ParameterError
-    from hydroservo.metrics import declared_metrics, default_metric, flags_of, monitors_of
-    from hydroservo.nearest import one_of
+    from hydroservo.control.metrics import declared_metrics, default_metric, flags_of, monitors_of
+    from hydroservo.core.errors import ParameterError
+    from hydroservo.core.nearest import one_of
     from hydroservo.runs.batch_finding import USUAL_METRIC
 
     watching = monitors_of(loop)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydroservo.cli.frame import PICTURE_ENDINGS, Written
-from hydroservo.outputs import OutputError, keep_elsewhere, staged, write_text
+from hydroservo.core.outputs import OutputError, keep_elsewhere, staged, write_text
 from hydroservo.runs.results import FORMATS, Format, save
 from hydroservo.show.journal import NO_JOURNAL, Journal
 

@@ -20,7 +20,7 @@ from hydroservo.cli.options import (
     quantity_of,
     ranges_in,
 )
-from hydroservo.errors import ParameterError
+from hydroservo.core.errors import ParameterError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,7 +153,7 @@ def bode(
 
 def band_in(text: str | None) -> tuple[float, float] | None:
     """Both ends of ``--band LOW..HIGH`` [Hz]."""
-    from hydroservo.field import Field
+    from hydroservo.core.field import Field
     from hydroservo.scenario.ranges import as_entries, both_ends
 
     if text is None:

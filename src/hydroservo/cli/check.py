@@ -70,7 +70,7 @@ def no_notes_left() -> Iterator[None]:
     if NOTES in os.environ:
         yield
         return
-    from hydroservo.outputs import temporary_folder
+    from hydroservo.core.outputs import temporary_folder
 
     with temporary_folder() as folder:
         os.environ[NOTES] = str(folder)
@@ -82,7 +82,7 @@ def no_notes_left() -> Iterator[None]:
 
 def blocks_in(file: Path) -> Sequence[type]:
     """The classes of a file that say a role or have the methods of one."""
-    from hydroservo.errors import ScenarioError
+    from hydroservo.core.errors import ScenarioError
     from hydroservo.scenario import load_plugin
     from hydroservo.scenario.fits import roles_of
     from hydroservo.scenario.plugins import plugin_other_classes

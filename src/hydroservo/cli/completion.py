@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from glob import escape
 from pathlib import Path
 
-from hydroservo.builtin import titles
+from hydroservo.core.builtin import titles
 
 
 def scenarios_like(incomplete: str) -> list[str]:

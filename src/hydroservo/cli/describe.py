@@ -66,7 +66,7 @@ def schema(
 
     - `hydroservo schema --out hydroservo.schema.json`
     """
-    from hydroservo.outputs import write_text
+    from hydroservo.core.outputs import write_text
     from hydroservo.scenario.plugins import load_plugin
     from hydroservo.scenario.schema import scenario_schema
     from hydroservo.show.numbers import as_json

@@ -15,8 +15,8 @@ from typer.core import TyperGroup
 
 from hydroservo.cli.interrupts import INTERRUPTED, heard
 from hydroservo.cli.remarks import SAID
-from hydroservo.command_scale import commands_in
-from hydroservo.errors import (
+from hydroservo.core.command_scale import commands_in
+from hydroservo.core.errors import (
     HydroservoError,
     HydroservoWarning,
     LoopError,
@@ -137,7 +137,7 @@ def say_error(message: str) -> None:
 
 def misused(error: Any) -> str:
     """What is wrong with the words of a command, and where it is said what they may be."""
-    from hydroservo.nearest import nearest
+    from hydroservo.core.nearest import nearest
 
     words = error.ctx.command_path.split(" ")[1:] if error.ctx else []
     path = " ".join(["hydroservo", *words])  # whatever the program was started as

@@ -13,8 +13,8 @@ import typer
 from hydroservo.cli.options import DecimalComma, FigureFormat, FigureSize, Json
 from hydroservo.cli.places import WHERE, folder_at, is_folder
 from hydroservo.cli.remarks import say_warning
-from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.outputs import OutputError, check_outputs, existing_folder, written_or_kept
+from hydroservo.core.errors import HydroservoError, ParameterError
+from hydroservo.core.outputs import OutputError, check_outputs, existing_folder, written_or_kept
 from hydroservo.show.journal import NO_JOURNAL, Journal, journal_of
 from hydroservo.show.numbers import METRICS, as_json
 

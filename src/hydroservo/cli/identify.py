@@ -133,13 +133,13 @@ def identify(
       position=20..80mm`
     """
     from hydroservo.cli.remarks import log_kernels
-    from hydroservo.errors import HydroservoError
+    from hydroservo.core.errors import HydroservoError
+    from hydroservo.core.outputs import write_text
     from hydroservo.identification import compare
     from hydroservo.identification import propose as proposed
     from hydroservo.identification.finding import identified_finding
     from hydroservo.identification.further import Further, typed_units
     from hydroservo.identification.identified import identified
-    from hydroservo.outputs import write_text
     from hydroservo.scenario import parse_override
     from hydroservo.work.cores import checked_count
 
@@ -177,7 +177,7 @@ def identify(
 
 def horizon_of(form: Form, text: str | None) -> float | None:
     """The time in which predictions forget; None for a simulation."""
-    from hydroservo.errors import ParameterError
+    from hydroservo.core.errors import ParameterError
     from hydroservo.identification.one_step import USUAL
 
     if form == Form.SIMULATION:
@@ -190,9 +190,9 @@ def horizon_of(form: Form, text: str | None) -> float | None:
 
 def limits_in(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[float, float]]:
     """The limits of a proposal by signal, in SI units."""
-    from hydroservo.errors import ParameterError, ScenarioError
+    from hydroservo.core.errors import ParameterError, ScenarioError
+    from hydroservo.core.nearest import one_of
     from hydroservo.identification.log import COMMAND, OUTPUTS, SIGNALS
-    from hydroservo.nearest import one_of
     from hydroservo.scenario.ranges import both_ends
 
     if texts and propose is None:
@@ -209,7 +209,7 @@ def others_own(
     scenario: str, ranges: "Ranges", changes: "Changed", plugins: Sequence[Path]
 ) -> "tuple[dict[str, Entry], dict[str, object]]":
     """Those of some ranges, and of some changes, whose numbers another scenario has."""
-    from hydroservo.block import leaves
+    from hydroservo.core.block import leaves
     from hydroservo.identification.problem import DELAY
     from hydroservo.scenario.load import assembled
 

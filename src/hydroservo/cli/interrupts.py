@@ -124,7 +124,7 @@ def end(why: str) -> "NoReturn":
     except OSError:  # the terminal is gone
         pass
     discard_unwritten()
-    if outputs := sys.modules.get("hydroservo.outputs"):
+    if outputs := sys.modules.get("hydroservo.core.outputs"):
         outputs.remove_temporary_folders()
     os._exit(128 + number)
 

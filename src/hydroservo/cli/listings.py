@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from hydroservo.builtin import titles
 from hydroservo.cli.completion import scenarios_like, studies_like
 from hydroservo.cli.failures import Listing
+from hydroservo.core.builtin import titles
 
 scenarios_app = typer.Typer(cls=Listing, rich_markup_mode="markdown")
 studies_app = typer.Typer(cls=Listing, rich_markup_mode="markdown")

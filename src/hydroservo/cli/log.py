@@ -38,7 +38,7 @@ def log(
     - `hydroservo log bench.csv`
     - `hydroservo log bench.csv --scenario my.toml --out bench.png`
     """
-    from hydroservo.errors import ParameterError
+    from hydroservo.core.errors import ParameterError
     from hydroservo.identification.finding import log_finding
     from hydroservo.identification.log import TIME, read_log
     from hydroservo.identification.segments import understood

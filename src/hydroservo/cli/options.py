@@ -10,11 +10,11 @@ import typer
 
 from hydroservo.cli.completion import scenarios_like
 from hydroservo.cli.remarks import say_sizes, say_warning
-from hydroservo.errors import HydroservoError, HydroservoWarning
+from hydroservo.core.errors import HydroservoError, HydroservoWarning
 from hydroservo.show.journal import FIGURE_FORMATS, Size
 
 if TYPE_CHECKING:
-    from hydroservo.loop import Loop
+    from hydroservo.control.loop import Loop
     from hydroservo.scenario.tables import Entry
 
 VARY = "--vary"
@@ -141,7 +141,7 @@ def varied(help_text: str) -> Any:
 
 def quantity_of(option: str, text: str | None, unit: str) -> float | None:
     """The number in an SI unit that an option says, with its unit or in SI; None where it is not given."""
-    from hydroservo.errors import ParameterError
+    from hydroservo.core.errors import ParameterError
     from hydroservo.scenario.quantities import si_value
 
     if text is None:
@@ -208,7 +208,7 @@ def ranges_in(texts: Sequence[str], option: str = VARY) -> "dict[str, Entry]":
         texts: as given.
         option: that they were given to.
     """
-    from hydroservo.errors import ScenarioError, short
+    from hydroservo.core.errors import ScenarioError, short
     from hydroservo.scenario.layers import PATH
     from hydroservo.scenario.ranges import as_entries
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    from hydroservo.loop import Loop
+    from hydroservo.control.loop import Loop
 
 SAID: set[str] = set()  # warnings of this command
 

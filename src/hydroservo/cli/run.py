@@ -10,14 +10,14 @@ import typer
 from hydroservo.cli.failures import naming
 from hydroservo.cli.frame import Answer, answers
 from hydroservo.cli.options import Changes, Plugins, Scenario, Several, Strict, Verbose, loaded
-from hydroservo.errors import require
+from hydroservo.core.errors import require
 from hydroservo.runs.results import Format
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydroservo.cli.progress import Report
-    from hydroservo.loop import Loop
+    from hydroservo.control.loop import Loop
     from hydroservo.runs.trace import Trace
 
 NOTHING: tuple[str, ...] = ()  # no trajectory is kept where nothing will be written

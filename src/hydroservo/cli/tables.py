@@ -8,7 +8,7 @@ from rich.markup import escape
 from rich.syntax import Syntax
 from rich.table import Table
 
-from hydroservo.field import CONTROLLED
+from hydroservo.core.field import CONTROLLED
 from hydroservo.show.terminal import show
 
 if TYPE_CHECKING:

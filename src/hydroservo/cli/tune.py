@@ -202,7 +202,7 @@ def say_tuned(
     tuned: "Tuned",
 ) -> "Finding":
     """What a search says, with the command that runs the best values, and their file."""
-    from hydroservo.outputs import write_text
+    from hydroservo.core.outputs import write_text
     from hydroservo.runs.tuned_finding import tuned_finding
     from hydroservo.scenario.tuning import as_toml, comments_of
 
@@ -224,7 +224,7 @@ def separated_numbers(text: str) -> list[float]:
 @contextmanager
 def named_as_options(options: Mapping[str, object]) -> Iterator[None]:
     """Errors about what options say name the option, and what was typed."""
-    from hydroservo.errors import HydroservoError, ParameterError
+    from hydroservo.core.errors import HydroservoError, ParameterError
 
     try:
         yield
@@ -243,7 +243,7 @@ def named_as_options(options: Mapping[str, object]) -> Iterator[None]:
 
 def progress_with_best(report: "Report", unit: str, task: "Task") -> "Progress":
     """Reports how many candidates are done, and the best so far."""
-    from hydroservo.formatting import quantity
+    from hydroservo.core.formatting import quantity
 
     candidates, none = task.candidates, "none within bounds yet" if task.bounds else "best diverged"
 

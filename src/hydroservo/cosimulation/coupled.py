@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any, NamedTuple
 
-from hydroservo.block import Block
+from hydroservo.core.block import Block
+from hydroservo.core.errors import LoopError, ParameterError
+from hydroservo.core.field import OPEN
 from hydroservo.cosimulation.foreign import Foreign
 from hydroservo.cosimulation.instance import Instance
 from hydroservo.cosimulation.load import ForeignLoad
 from hydroservo.cosimulation.machine import MACHINE_OUTPUTS, ForeignMachine
-from hydroservo.errors import LoopError, ParameterError
-from hydroservo.field import OPEN
 
 LOAD, MACHINE = "load", "plant"
 ROUNDED = 1e-9  # relative, by which a whole number of steps may miss a period

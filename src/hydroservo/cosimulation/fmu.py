@@ -8,9 +8,9 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.errors import HydroservoError
-from hydroservo.inputs import irregularity
-from hydroservo.outputs import new_temporary_folder, temporary_folder
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.inputs import irregularity
+from hydroservo.core.outputs import new_temporary_folder, temporary_folder
 
 DESCRIPTION = "modelDescription.xml"
 LARGEST = 1 << 30  # bytes of a file

@@ -7,8 +7,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from hydroservo.core.errors import HydroservoError
 from hydroservo.cosimulation.fmu import Fmu, read_fmu
-from hydroservo.errors import HydroservoError
 
 Parameter = tuple[float | bool | str, ...]  # one value, or those of an array
 

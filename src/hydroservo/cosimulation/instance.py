@@ -8,9 +8,9 @@ from pathlib import Path
 from threading import Lock
 from typing import Any, TypeVar
 
+from hydroservo.core.errors import LoopError
 from hydroservo.cosimulation.fmu import Variable, unpacked
 from hydroservo.cosimulation.foreign import Foreign, Parameter, Wire
-from hydroservo.errors import LoopError
 
 LOADING = Lock()  # FMPy changes the process's folder while it loads a library
 FMI2_SETTERS = {

@@ -3,10 +3,10 @@
 import math
 from typing import Annotated, NamedTuple
 
-from hydroservo.block import Field
-from hydroservo.field import OPEN
-from hydroservo.roles import Load, role
-from hydroservo.sources import CHOSEN
+from hydroservo.core.block import Field
+from hydroservo.core.field import OPEN
+from hydroservo.core.roles import Load, role
+from hydroservo.core.sources import CHOSEN
 
 STEP = Field("s", "communication step; automatic: the sample period", CHOSEN, above=0, auto=OPEN)
 LOAD_INPUTS = {"position": "m", "velocity": "m/s"}

@@ -3,12 +3,12 @@
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hydroservo.block import Block, declared_fields
+from hydroservo.core.block import Block, declared_fields
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import OPEN
+from hydroservo.core.roles import Drive, Plant, Supply, role, valveless
+from hydroservo.core.signals import Feed, MachineOutputs, PortFlows, Pressures
 from hydroservo.cosimulation.load import STEP
-from hydroservo.errors import ParameterError
-from hydroservo.field import OPEN
-from hydroservo.roles import Drive, Plant, Supply, role, valveless
-from hydroservo.signals import Feed, MachineOutputs, PortFlows, Pressures
 
 MACHINE_INPUTS = {"command": "V", "external_force": "N"}
 MACHINE_OUTPUTS = {name: field.unit for name, field in declared_fields(MachineOutputs).items()}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.block import Block
+from hydroservo.core.block import Block
 from hydroservo.engine.flat import GIVEN
 from hydroservo.engine.llvm.entries import method_text
 from hydroservo.engine.machine_code import object_code

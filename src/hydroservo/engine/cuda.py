@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block
+from hydroservo.core.block import Block
 from hydroservo.engine import flat
 from hydroservo.engine.cuda_driver import Kernel, Memory, device
 from hydroservo.engine.kernel import Study, Wanted, has_single_steps, kernel

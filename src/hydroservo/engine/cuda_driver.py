@@ -8,7 +8,7 @@ from weakref import finalize
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError
+from hydroservo.core.errors import ParameterError
 
 try:
     from cuda.bindings import driver

@@ -13,7 +13,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, is_block, leaves, values
+from hydroservo.core.block import Block, is_block, leaves, values
 from hydroservo.language.memory import array_at
 
 Shape = tuple[Any, ...]

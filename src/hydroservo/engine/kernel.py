@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block
+from hydroservo.core.block import Block
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.states import filled
 from hydroservo.engine import flat
 from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.recipe import Recipe
 from hydroservo.engine.watch import Watch, listener, silent
-from hydroservo.errors import HydroservoError
-from hydroservo.states import filled
 
 Out = NDArray[np.float64]
 

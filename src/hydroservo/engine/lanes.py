@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, leaves
+from hydroservo.core.block import Block, leaves
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import Study, Wanted, mover
 from hydroservo.engine.native import MachineCode, Native, native

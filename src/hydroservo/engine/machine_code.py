@@ -11,13 +11,13 @@ from importlib.metadata import requires
 from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
+from hydroservo.core.ops.basic import ROUNDER
 from hydroservo.engine.llvm.entries import kernel_text
 from hydroservo.engine.llvm.values import literal
 from hydroservo.engine.native import CompileError, MachineCode, prepare
 from hydroservo.engine.recipe import features
 from hydroservo.engine.schedule import scheduled
 from hydroservo.language.terms import Type
-from hydroservo.ops.basic import ROUNDER
 
 PROVIDED = {"memcpy", "memset", "memmove"}  # what LLVM itself may call, in every C library
 VECTORS = 2  # that go together: more wait less for each other, and no longer fit where instructions are kept

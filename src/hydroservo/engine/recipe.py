@@ -26,7 +26,8 @@ import numpy as np
 from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
-from hydroservo import language, ops
+from hydroservo import language
+from hydroservo.core import ops
 
 PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 BELOW = {"llvmlite", "numpy", "builtins"}

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, values
+from hydroservo.core.block import Block, values
 from hydroservo.engine import flat
 from hydroservo.engine.native import MachineCode, native
 from hydroservo.engine.recipe import Recipe

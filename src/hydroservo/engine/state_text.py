@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FunctionType, MappingProxyType
 from typing import Any
 
-from hydroservo import block, states
+from hydroservo.core import block, states
 from hydroservo.engine.flat import written
 from hydroservo.language.body import Body
 from hydroservo.language.scope import TranslationError

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, leaves
+from hydroservo.core.block import Block, leaves
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import Study, Wanted, mover
 from hydroservo.engine.lanes import LANES, aligned, row, varier

@@ -7,9 +7,9 @@ hearing has a function written out for them.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from hydroservo.block import Block, is_block, leaves
+from hydroservo.core.block import Block, is_block, leaves
+from hydroservo.core.states import filled
 from hydroservo.engine.flat import written
-from hydroservo.states import filled
 
 
 class End(NamedTuple):

@@ -11,7 +11,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.core.errors import HydroservoError, ParameterError
 
 BITS = ("-ffp-contract=off", "-fno-math-errno")  # what the results need, and square roots without a call
 COMPILERS = ("cc", "gcc", "clang")  # tried in turn where CC is not set; one that is set is the one to take

@@ -2,10 +2,10 @@
 
 from typing import Annotated, Any, NamedTuple
 
-from hydroservo.block import Block, Field
-from hydroservo.roles import Controller, Hold
-from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import CHOSEN
+from hydroservo.core.block import Block, Field
+from hydroservo.core.roles import Controller, Hold
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.core.sources import CHOSEN
 
 PER_VOLT = Field("1/V", "size of a volt in the unit of the command", CHOSEN, above=0)
 

@@ -8,10 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydroservo._version import __version__
-from hydroservo.block import Block, field_at, leaves, state_field_at
-from hydroservo.command_scale import is_volts
+from hydroservo.control.loop import Loop, MachineState
+from hydroservo.core.block import Block, field_at, leaves, state_field_at
+from hydroservo.core.command_scale import is_volts
+from hydroservo.core.errors import LoopError
+from hydroservo.core.field import Field, declared_fields
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.cosimulation import refuse_foreign
-from hydroservo.errors import LoopError
 from hydroservo.export.c.counting import counted
 from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.fixed import computed_once
@@ -30,17 +33,14 @@ from hydroservo.export.parts import (
 )
 from hydroservo.export.texts import checked_prefix, plain_title
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
-from hydroservo.field import Field, declared_fields
 from hydroservo.language.names import place_in_c
 from hydroservo.language.program import Program, check_law
 from hydroservo.language.terms import REAL, Record
-from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.fitting import first_state
 from hydroservo.runs.provenance import scenario_hash, scenario_text
 from hydroservo.runs.run import complete, ready, simulate
 from hydroservo.runs.steady import SIZES
-from hydroservo.signals import Demand, Measurement
 
 TAKES = {  # name and type of each argument of step besides the state
     Part.CONTROLLER: (("measurement", Measurement), ("demand", Demand)),

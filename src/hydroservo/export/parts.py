@@ -3,20 +3,20 @@
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hydroservo import ops
-from hydroservo.block import Block, Field, values
-from hydroservo.command_scale import is_volts
+from hydroservo.control.loop import AUTO, External, Loop, MachineState
+from hydroservo.control.monitors.group import Usual
+from hydroservo.core import ops
+from hydroservo.core.block import Block, Field, values
+from hydroservo.core.command_scale import is_volts
+from hydroservo.core.roles import Controller, Reference
+from hydroservo.core.signals import Demand, MachineOutputs, Measurement
+from hydroservo.core.sources import CHOSEN
 from hydroservo.export.converted import PER_VOLT, ConvertedController, ConvertedHold
 from hydroservo.export.unit import Part
-from hydroservo.integrators.jumps import BEFORE
-from hydroservo.loop import AUTO, External, Loop, MachineState
-from hydroservo.monitors.group import Usual
-from hydroservo.roles import Controller, Reference
+from hydroservo.machine.integrators.jumps import BEFORE
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.runs.step_sizes import with_substeps
-from hydroservo.signals import Demand, MachineOutputs, Measurement
-from hydroservo.sources import CHOSEN
 
 PERIOD = Field("s", "sample period", CHOSEN, above=0)
 

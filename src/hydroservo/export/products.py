@@ -5,16 +5,16 @@ from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from hydroservo.errors import ParameterError
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.nearest import one_of
+from hydroservo.core.outputs import check_outputs, written_or_kept
 from hydroservo.export.c.project import Proof, check_project, proven_vectors, write_c_project
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.fmu import PARTS, check_clock, check_tools, checked_ending, write_fmu, write_ssp
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.texts import default_prefix
 from hydroservo.export.unit import FmiVersion, Part, Precision, Unit
-from hydroservo.loop import Loop
-from hydroservo.nearest import one_of
-from hydroservo.outputs import check_outputs, written_or_kept
 from hydroservo.runs.arguments import as_list, checked_loop, checked_path
 from hydroservo.runs.fitting import named
 

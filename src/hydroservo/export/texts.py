@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.errors import ParameterError, one_line
+from hydroservo.core.errors import ParameterError, one_line
 from hydroservo.export.unit import Part, Signal
 from hydroservo.language.names import is_identifier
 

@@ -4,7 +4,7 @@ import math
 from enum import StrEnum
 from typing import Annotated, NamedTuple
 
-from hydroservo.field import Field
+from hydroservo.core.field import Field
 
 INTEGRATED = "machine"  # the argument of equations whose numbers an integrator carries on
 RATES = "rates."  # of them, in the state of equations

@@ -15,10 +15,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.formatting import SUPERSCRIPT, readable_unit
 from hydroservo.figures.panels import limits
 from hydroservo.figures.style import PALETTE, Plot, figure, style
-from hydroservo.formatting import SUPERSCRIPT, readable_unit
 
 Numbers = NDArray[np.float64]
 

@@ -14,9 +14,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 from numpy.typing import NDArray
 
-from hydroservo.command_scale import in_command_unit
+from hydroservo.core.command_scale import in_command_unit
+from hydroservo.core.formatting import quantity
 from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
-from hydroservo.formatting import quantity
 from hydroservo.linear.reading import READ, read_as
 
 if TYPE_CHECKING:

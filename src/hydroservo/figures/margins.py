@@ -4,9 +4,9 @@ import math
 from collections.abc import Sequence
 from textwrap import fill
 
-from hydroservo.assumptions import Assumption
+from hydroservo.core.assumptions import Assumption
+from hydroservo.core.formatting import number
 from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
-from hydroservo.formatting import number
 
 ROW = 0.42  # inch, of an assumption
 LEAST, MOST = 1e-3, 1e3  # factors beyond which a margin is at the edge

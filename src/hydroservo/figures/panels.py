@@ -10,9 +10,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from hydroservo.errors import HydroservoError
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.formatting import quantity, readable_unit
 from hydroservo.figures.style import GREY, Plot, figure
-from hydroservo.formatting import quantity, readable_unit
 from hydroservo.runs.cautions.unrecorded import Unrecorded, unrecorded_command
 from hydroservo.runs.results import scenario_of
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from hydroservo.core.formatting import quantity, readable_unit
 from hydroservo.figures.panels import (
     WHOLE,
     Curve,
@@ -22,7 +23,6 @@ from hydroservo.figures.panels import (
     trace_of,
 )
 from hydroservo.figures.style import COLOURS, GREY, PALETTE, Plot, figure, style
-from hydroservo.formatting import quantity, readable_unit
 from hydroservo.runs.arguments import check_one_signal
 from hydroservo.runs.behaviour import oscillation_note
 from hydroservo.runs.conditions import differences

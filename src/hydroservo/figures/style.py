@@ -16,8 +16,8 @@ from matplotlib.font_manager import get_font_names
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
-from hydroservo.errors import ParameterError
-from hydroservo.outputs import atomic_path
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.outputs import atomic_path
 from hydroservo.show.journal import TEX, Size
 from hydroservo.show.latex import escaped, label
 

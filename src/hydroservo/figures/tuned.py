@@ -9,9 +9,9 @@ from matplotlib.axis import Axis
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
+from hydroservo.core.formatting import number
 from hydroservo.figures.panels import axis_unit
 from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
-from hydroservo.formatting import number
 
 if TYPE_CHECKING:
     from hydroservo.runs.tuned import Tried, Tuned

@@ -12,10 +12,10 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.errors import ParameterError
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.validation import whole_number
 from hydroservo.gym.task import Task
-from hydroservo.loop import Loop
-from hydroservo.validation import whole_number
 
 Numbers = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -3,14 +3,14 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hydroservo.errors import ParameterError
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.validation import whole_number
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.scenario import Assembly, assembled
 from hydroservo.scenario.other_tables import Deviation
 from hydroservo.scenario.ranges import as_entries, relative
 from hydroservo.scenario.sampling import Columns, assembly_of, drawn, parameters_of, uniform, variations
-from hydroservo.validation import whole_number
 
 MOST_DRAWS = 100_000  # sets of parameters, each with a start of its own to be found
 

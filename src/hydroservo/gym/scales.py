@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import replace
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import replace
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.runs.stepping import SteppedRuns

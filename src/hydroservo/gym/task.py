@@ -8,16 +8,16 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.errors import ParameterError
-from hydroservo.field import Field
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import Field
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.core.validation import number
 from hydroservo.gym.episodes import Ranges, drawn_sets, scenario_of
 from hydroservo.gym.scales import scales_of
 from hydroservo.limits.command import command_limits
-from hydroservo.loop import Loop
+from hydroservo.machine.sensors.missing import missing_signals
 from hydroservo.runs.stepping import SteppedRuns
-from hydroservo.sensors.missing import missing_signals
-from hydroservo.signals import Demand, Measurement
-from hydroservo.validation import number
 
 BEYOND = 10.0  # sizes, at which an observation is cut off
 SEEDS = 2**53  # of the random numbers of an episode

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError
-from hydroservo.formatting import number
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.formatting import number
 from hydroservo.identification.regression import long_run_covariance
 from hydroservo.identification.result import Identified, LogFit
 from hydroservo.identification.segments import TO_DEVIATION

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.core.formatting import MINUS, quantity
 from hydroservo.identification.finding import UNFIT
 from hydroservo.identification.left_out import Effect
 from hydroservo.identification.problem import Problem, Unknown

@@ -9,26 +9,26 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo import loads
-from hydroservo.block import Block, leaves, replace
+from hydroservo.control.loop import AUTO, Loop
+from hydroservo.core.block import Block, leaves, replace
+from hydroservo.core.group import group, nested
+from hydroservo.core.roles import at_samples
+from hydroservo.core.signals import MachineOutputs
+from hydroservo.core.time_series import TimeSeries
+from hydroservo.core.validation import checked
 from hydroservo.cosimulation import refuse_foreign
-from hydroservo.group import group, nested
 from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE
 from hydroservo.identification.observer import Observer, corrector
 from hydroservo.identification.segments import Segment
 from hydroservo.limits.command import Playback
-from hydroservo.loads.later import LaterLoad
-from hydroservo.loop import AUTO, Loop
-from hydroservo.roles import at_samples
+from hydroservo.machine import loads
+from hydroservo.machine.loads.later import LaterLoad
+from hydroservo.machine.starts import AsBuilt, Steady
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.columns import Columns, checked_columns, starts
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.run import ready, simulate, studied, wanted_of
 from hydroservo.runs.step_sizes import command_parts, with_substeps
-from hydroservo.signals import MachineOutputs
-from hydroservo.starts import AsBuilt, Steady
-from hydroservo.time_series import TimeSeries
-from hydroservo.validation import checked
 
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydroservo._version import __version__
-from hydroservo.formatting import quantity
+from hydroservo.core.formatting import quantity
+from hydroservo.core.outputs import final_place, write_text
 from hydroservo.identification.further import NOTHING_FURTHER, Further, Typed, cells
 from hydroservo.identification.log import COMMAND, SIGNALS, TIME
 from hydroservo.identification.segments import Understood
-from hydroservo.outputs import final_place, write_text
 from hydroservo.runs.provenance import origin_of_loop, scenario_hash
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
 from hydroservo.show.finding import logs_of, title_of

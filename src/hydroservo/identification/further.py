@@ -4,12 +4,12 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.formatting import Scale
+from hydroservo.core.formatting import Scale
 from hydroservo.scenario.ranges import typed_scales
 from hydroservo.show import UNIT, Cell, Column, Line, Mark, Table
 
 if TYPE_CHECKING:
-    from hydroservo.errors import HydroservoError
+    from hydroservo.core.errors import HydroservoError
     from hydroservo.identification.comparison import Comparison
     from hydroservo.identification.proposal import Proposal
     from hydroservo.identification.result import Identified

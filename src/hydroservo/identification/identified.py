@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hydroservo.block import Field, field_at
-from hydroservo.command_scale import commands_in
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.core.block import Field, field_at
+from hydroservo.core.command_scale import commands_in
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.validation import number, whole_number
 from hydroservo.identification.conclusions import remarks_of
 from hydroservo.identification.experiment import LOAD
 from hydroservo.identification.left_out import left_out
@@ -31,7 +32,6 @@ from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.scenario.ranges import as_entries, both_ends
 from hydroservo.scenario.sampling import Variation, variations
 from hydroservo.scenario.tables import Entry
-from hydroservo.validation import number, whole_number
 from hydroservo.work.cores import checked_count
 from hydroservo.work.notebook_bar import shows_progress
 

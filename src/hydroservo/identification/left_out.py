@@ -8,19 +8,19 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Field, field_at, leaves, replace
-from hydroservo.errors import HydroservoError
-from hydroservo.formatting import MINUS, number, quantity
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Field, field_at, leaves, replace
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.formatting import MINUS, number, quantity
+from hydroservo.core.roles import Load
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.identification.experiment import Experiment, predicted
 from hydroservo.identification.log import COMMAND, SIGNALS
 from hydroservo.identification.observer import shifted
 from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of, lie_at_ends
 from hydroservo.identification.search import Misfit, Solution
-from hydroservo.loop import Loop
-from hydroservo.roles import Load
 from hydroservo.runs.run import ready
 from hydroservo.scenario.load import Machine
-from hydroservo.signals import Demand, Measurement
 
 STILL = 0.01  # of the largest speed, below which friction changes sign smoothly
 WIDTH = 0.02  # of the largest command, of a hysteresis and an overlap

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.field import Field, declared_fields
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.field import Field, declared_fields
+from hydroservo.core.signals import MachineOutputs
 from hydroservo.runs.arguments import checked_path
 from hydroservo.scenario.records import (
     Column,
@@ -22,7 +23,6 @@ from hydroservo.scenario.records import (
 from hydroservo.scenario.records.columns import first_names
 from hydroservo.scenario.records.series import sample_period
 from hydroservo.scenario.tables import Entry
-from hydroservo.signals import MachineOutputs
 
 TIME = "time"
 COMMAND = "command"

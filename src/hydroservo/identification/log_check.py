@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, leaves
-from hydroservo.errors import ScenarioError
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Block, leaves
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.formatting import MINUS, quantity
 from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE
 from hydroservo.identification.regression import regression, thinned
 from hydroservo.identification.segments import Segment, Understood, noise_of
-from hydroservo.loop import Loop
 
 BEYOND = 0.1  # of the stroke, by which a sensor's zero may lie beside the machine's
 PRESSURES = frozenset({"pressure_a", "pressure_b"})

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import leaves
+from hydroservo.core.block import leaves
 from hydroservo.identification.log import OUTPUTS
 
 if TYPE_CHECKING:

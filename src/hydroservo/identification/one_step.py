@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import leaves
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.core.block import leaves
+from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.identification.experiment import Experiment, kernel_for
 from hydroservo.identification.log import OUTPUTS
 from hydroservo.identification.observer import CORRECTED, PUSH, Observer, fading_gain, rows_of

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.identification.experiment import (
     BEGUN,
     GIVEN,

@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import field_at, leaves, value_at
-from hydroservo.errors import ScenarioError
-from hydroservo.field import Field
+from hydroservo.control.loop import AUTO, Loop
+from hydroservo.core.block import field_at, leaves, value_at
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.field import Field
+from hydroservo.core.validation import within
 from hydroservo.identification.experiment import (
     GIVEN,
     Experiment,
@@ -21,13 +23,11 @@ from hydroservo.identification.experiment import (
 from hydroservo.identification.observer import rows_of
 from hydroservo.identification.problem import Ends, Problem, Values, unknowns_of, usual_values
 from hydroservo.identification.segments import Segment, Understood, noise_of
-from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.space import Space, latin_hypercube
 from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.other_tables import Deviation
 from hydroservo.scenario.sampling import Variation, parameters_of
-from hydroservo.validation import within
 
 FAR = 2.0  # times an uncertainty, up to which a number is sought
 TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.command_scale import in_command_unit
-from hydroservo.errors import HydroservoError
+from hydroservo.core.command_scale import in_command_unit
+from hydroservo.core.errors import HydroservoError
 from hydroservo.identification.log import OUTPUTS
 from hydroservo.identification.regression import NORMAL
 from hydroservo.identification.result import Identified

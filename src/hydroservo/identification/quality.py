@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, leaves
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.core.block import Block, leaves
+from hydroservo.core.formatting import MINUS, quantity
 from hydroservo.identification.log import SIGNALS
 from hydroservo.identification.problem import Problem, simulated
 from hydroservo.identification.result import LogFit, SignalFit

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.command_scale import commands_in
-from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.field import Field
+from hydroservo.control.loop import Loop
+from hydroservo.core.command_scale import commands_in
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.field import Field
+from hydroservo.core.signals import MachineOutputs
 from hydroservo.identification.log import COMMAND, OUTPUTS, REFERENCE, SIGNALS, TIME, read_log
 from hydroservo.identification.segments import LONGEST_BRIDGE, Segment, understood
-from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import with_warning
-from hydroservo.signals import MachineOutputs
 
 if TYPE_CHECKING:
     import xarray as xr

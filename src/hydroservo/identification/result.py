@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo._version import __version__
-from hydroservo.block import leaves
-from hydroservo.errors import HydroservoError, ScenarioError, one_line
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import leaves
+from hydroservo.core.errors import HydroservoError, ScenarioError, one_line
+from hydroservo.core.formatting import MINUS, quantity
 from hydroservo.identification.finding import identified_finding, log_fit_finding
 from hydroservo.identification.left_out import Effect
 from hydroservo.identification.problem import Problem
 from hydroservo.identification.search import Solution
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.uncertainty import Uncertainty
-from hydroservo.loop import Loop
 from hydroservo.scenario.layers import builtin_texts, nested
 from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.scenario.other_tables import Value

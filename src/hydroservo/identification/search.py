@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import HydroservoError, ParameterError, ScenarioError
+from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError
 from hydroservo.identification.experiment import COARSE
 from hydroservo.identification.problem import (
     PLACES,

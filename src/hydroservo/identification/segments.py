@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ScenarioError
-from hydroservo.formatting import MINUS, counted, quantity
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.formatting import MINUS, counted, quantity
 from hydroservo.identification.log import (
     COMMAND,
     EXTERNAL_FORCE,

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import leaves
-from hydroservo.errors import ParameterError
-from hydroservo.formatting import number
-from hydroservo.hooks import line_pressures
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import leaves
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.formatting import number
+from hydroservo.core.hooks import line_pressures
 from hydroservo.identification.experiment import Experiment, experiment, predicted
 from hydroservo.identification.log import COMMAND, OUTPUTS
 from hydroservo.identification.one_step import predicting
@@ -19,7 +20,6 @@ from hydroservo.identification.result import Fitted, Identified
 from hydroservo.identification.search import misfit
 from hydroservo.identification.segments import Segment
 from hydroservo.limits.command import command_limits
-from hydroservo.loop import Loop
 from hydroservo.runs.space import Space
 
 TONES = 12

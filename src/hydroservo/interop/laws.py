@@ -6,21 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo._version import __version__
-from hydroservo.block import leaves
-from hydroservo.controlled import Command, Force, LoadForce, Position, PressureA, PressureB, Velocity
-from hydroservo.controlled.this_signal import ThisSignal
-from hydroservo.controllers import Saturation
-from hydroservo.controllers.state_space import (
+from hydroservo.control.controlled import Command, Force, LoadForce, Position, PressureA, PressureB, Velocity
+from hydroservo.control.controlled.this_signal import ThisSignal
+from hydroservo.control.controllers import Saturation
+from hydroservo.control.controllers.state_space import (
     MeasuredInput,
     StateSpace,
     StateWeights,
     StateWeightsOfEach,
     Weights,
 )
-from hydroservo.errors import ParameterError
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import leaves
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.nearest import one_of
 from hydroservo.interop.python_control import library
-from hydroservo.loop import Loop
-from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.scenario.layers import nested
 

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import values
-from hydroservo.errors import ParameterError, require
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import values
+from hydroservo.core.errors import ParameterError, require
 from hydroservo.linear.linearization import Linearization, Quantity
 from hydroservo.linear.linearize import linearized, seen_of
 from hydroservo.linear.operating_point import machine_point
 from hydroservo.linear.parts import machine_rows
-from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
 Vector = NDArray[np.float64]

@@ -4,6 +4,7 @@ import ast
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from hydroservo.core.ops import basic
 from hydroservo.language.arithmetic import Arithmetic, is_truth
 from hydroservo.language.scope import Scope, Value
 from hydroservo.language.terms import (
@@ -25,7 +26,6 @@ from hydroservo.language.terms import (
     Translator,
     Type,
 )
-from hydroservo.ops import basic
 
 NUMBERS: dict[Type, type] = {REAL: float, INT: int, BOOL: bool}
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hydroservo.core.ops import basic
 from hydroservo.language.arithmetic import Arithmetic
 from hydroservo.language.memory import array_at
 from hydroservo.language.names import snake
@@ -35,7 +36,6 @@ from hydroservo.language.terms import (
     View,
     Whole,
 )
-from hydroservo.ops import basic
 
 KINDS = (
     inspect.Parameter.POSITIONAL_ONLY,
@@ -43,7 +43,7 @@ KINDS = (
     inspect.Parameter.KEYWORD_ONLY,
 )
 SELECTING = (basic.clip, basic.maximum, basic.minimum)  # of ops, which return what they are given
-OPEN = ("hydroservo.ops.", "hydroservo.states.", "hydroservo.block.", "hydroservo.engine.")
+OPEN = ("hydroservo.core.ops.", "hydroservo.core.states.", "hydroservo.core.block.", "hydroservo.engine.")
 EQUALS = {  # functions that round once or never, and so give the same everywhere
     math.copysign: basic.copysign,
     math.fabs: basic.absolute,
@@ -248,4 +248,4 @@ def is_record(thing: Any) -> bool:
 
 def is_op(function: Any) -> bool:
     """True for the functions of ops."""
-    return f"{getattr(function, '__module__', '')}.".startswith("hydroservo.ops.")
+    return f"{getattr(function, '__module__', '')}.".startswith("hydroservo.core.ops.")

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.block import is_block
+from hydroservo.core.block import is_block
 from hydroservo.language.arithmetic import Arithmetic, is_truth
 from hydroservo.language.bindings import Binding
 from hydroservo.language.builtin import Builtins, length_of, several

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.block import is_block
+from hydroservo.core.block import is_block
 from hydroservo.language.body import Body
 from hydroservo.language.names import identifier, numbered, snake
 from hydroservo.language.scope import TranslationError, place

@@ -2,7 +2,7 @@
 
 import math
 
-from hydroservo import ops
+from hydroservo.core import ops
 
 
 def modulo(a: float, b: float) -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from hydroservo.errors import LoopError
+from hydroservo.core.errors import LoopError
 from hydroservo.language.bindings import Binding, bindings_of
 from hydroservo.language.names import identifier
 from hydroservo.language.ranges import LARGEST, LARGEST_REAL, Ranges

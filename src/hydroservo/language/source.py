@@ -10,7 +10,7 @@ from itertools import chain
 from types import CodeType, FunctionType
 from typing import Any
 
-from hydroservo import ops
+from hydroservo.core import ops
 
 Place = tuple[int, str]  # the first line of a function, and its name
 
@@ -40,8 +40,8 @@ SAME = {  # functions of Python and numpy, by the name of their equal in ops
     "standard_normal": NORMAL,
     "uniform": UNIFORM,
 }
-TABLE = "keep the table in a field that is a hydroservo.curve.Curve, and call its value(x)"
-VECTOR = "make a record of as many floats with hydroservo.vectors.vector"
+TABLE = "keep the table in a field that is a hydroservo.core.curve.Curve, and call its value(x)"
+VECTOR = "make a record of as many floats with hydroservo.core.vectors.vector"
 OTHERS = {"interp": TABLE} | dict.fromkeys(
     ("array", "asarray", "dot", "empty", "eye", "matmul", "ones", "roll", "zeros"), VECTOR
 )

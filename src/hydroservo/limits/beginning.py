@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import leaves, values
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import leaves, values
 from hydroservo.limits.command import CommandLimits
 from hydroservo.limits.interval import Scales
 from hydroservo.limits.problem import Course
-from hydroservo.loop import Loop
 from hydroservo.runs.steady import sized
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Field
-from hydroservo.controllers import DAC, Delay, RateLimit
-from hydroservo.errors import ParameterError
-from hydroservo.loop import Loop
-from hydroservo.signals import Demand, Measurement
+from hydroservo.control.controllers import DAC, Delay, RateLimit
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Field
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.signals import Demand, Measurement
 
 
 class CommandLimits(NamedTuple):

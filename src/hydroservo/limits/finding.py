@@ -3,7 +3,7 @@
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.formatting import measured, number
+from hydroservo.core.formatting import measured, number
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import origin_of
 from hydroservo.runs.results import save

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.integrators.jumps import BEFORE
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.machine.integrators.jumps import BEFORE
 
 JUMP = 0.05  # of a signal's whole range: a step of the integrator that changes it more is a jump
 

@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, is_block, values
-from hydroservo.errors import ParameterError
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Block, is_block, values
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.states import filled
 from hydroservo.limits.symbols import symbolic
-from hydroservo.loop import Loop
 from hydroservo.runs.steady import sized
-from hydroservo.states import filled
 
 STAGES = 3  # forces that a step of RK4 asks for: at its beginning, middle and end
 NEAR = 1e-3  # of each state's size

@@ -4,8 +4,9 @@ import math
 import os
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.block import replace
-from hydroservo.errors import require
+from hydroservo.control.loop import AUTO, Loop
+from hydroservo.core.block import replace
+from hydroservo.core.errors import require
 from hydroservo.limits.beginning import of_run
 from hydroservo.limits.command import command_limits
 from hydroservo.limits.finding import limits_finding
@@ -15,7 +16,6 @@ from hydroservo.limits.search import (
     prepared,
     run_of,
 )
-from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.run import Progress
 from hydroservo.show import Finding
@@ -77,10 +77,10 @@ def limit(loop: Loop, *, progress: Progress | None = None) -> Limits:
 
     Returns:
         Three runs, with signal, demand and command recorded at each sample, and the metrics of
-        :class:`~hydroservo.monitors.TrackingError`. Those of the limits have the attributes ``iterations``,
-        of the solver, and ``converged``, whether the conditions of an optimum hold; where they do not, an
-        attribute ``warning`` says so. The clairvoyant one has ``sought_rms_error`` too, what the search says
-        that its command leaves.
+        :class:`~hydroservo.control.monitors.TrackingError`. Those of the limits have the attributes
+        ``iterations``, of the solver, and ``converged``, whether the conditions of an optimum hold; where
+        they do not, an attribute ``warning`` says so. The clairvoyant one has ``sought_rms_error`` too, what
+        the search says that its command leaves.
 
     Raises:
         ParameterError: the loop controls nothing or has too many samples, its command has no limit, its

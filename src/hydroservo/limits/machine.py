@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydroservo.block import replace
-from hydroservo.errors import require
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import replace
+from hydroservo.core.errors import require
 from hydroservo.limits.beginning import at_rest
 from hydroservo.limits.command import CommandLimits, Playback
 from hydroservo.limits.interval import machine_functions
@@ -15,8 +16,7 @@ from hydroservo.limits.search import (
     prepared,
     run_of,
 )
-from hydroservo.loop import Loop
-from hydroservo.sensors import IdealSensors
+from hydroservo.machine.sensors import IdealSensors
 
 
 class MachineLimits(NamedTuple):

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import leaves, replace, values
-from hydroservo.controlled import Command
+from hydroservo.control.controlled import Command
+from hydroservo.control.loop import Loop
+from hydroservo.control.monitors import TrackingError
+from hydroservo.core.block import leaves, replace, values
+from hydroservo.core.errors import ParameterError
 from hydroservo.cosimulation import refuse_foreign
-from hydroservo.errors import ParameterError
 from hydroservo.limits.beginning import COMMAND, DEMAND, Beginning, remembers
 from hydroservo.limits.command import CommandLimits, Playback
 from hydroservo.limits.foreknown import Foreknown, expected, foreknown, jumps
 from hydroservo.limits.interval import Interval, interval
 from hydroservo.limits.problem import Course, Optimum, optimum
-from hydroservo.loop import Loop
-from hydroservo.monitors import TrackingError
 from hydroservo.runs.cautions import with_warning
 from hydroservo.runs.run import Progress, plan_of, ready, simulate
 

@@ -1,14 +1,14 @@
 """The text of blocks with CasADi's operations in place of numbers': a machine as an expression.
 
-How the same text computes with them is in :mod:`hydroservo.twins`.
+How the same text computes with them is in :mod:`hydroservo.core.twins`.
 """
 
 import math
 from types import SimpleNamespace
 from typing import Any
 
-from hydroservo.block import Block
-from hydroservo.twins import Twins
+from hydroservo.core.block import Block
+from hydroservo.core.twins import Twins
 
 LEAST_ROOT = 1e-30  # below it a root is 0, and its slope too, which is infinite there
 
@@ -26,7 +26,7 @@ def symbolic(block: Block) -> Any:
 
 
 def symbolic_ops() -> SimpleNamespace:
-    """The functions of :mod:`hydroservo.ops` by name, for symbols; those that draw numbers are not there."""
+    """The functions of :mod:`hydroservo.core.ops` by name, for symbols; none that draws numbers."""
     import casadi as ca
 
     def where(condition: Any, a: Any, b: Any) -> Any:

@@ -7,16 +7,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import values
-from hydroservo.errors import HydroservoError
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import values
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.states import filled
 from hydroservo.linear.linearization import Linearization
 from hydroservo.linear.linearize import linearized
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
 from hydroservo.linear.parts import sizes
 from hydroservo.linear.slopes import slopes
 from hydroservo.linear.system import System, response
-from hydroservo.loop import Loop
-from hydroservo.states import filled
 
 LEAST_PART = 0.1  # of the piston's velocity in a pair of poles that is the axis's
 FURTHER = 1.01  # times a command, for the slope of the velocity

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError
-from hydroservo.field import Field, declared_fields
-from hydroservo.formatting import quantity
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import Field, declared_fields
+from hydroservo.core.formatting import quantity
+from hydroservo.core.nearest import one_of
+from hydroservo.core.validation import number, whole_number
 from hydroservo.linear.margins import Margins
 from hydroservo.linear.measured import (
     ADDED,
@@ -28,12 +31,9 @@ from hydroservo.linear.measured import (
 from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.linear.responses import giving_way, responses
 from hydroservo.linear.view import View, viewed
-from hydroservo.loop import Loop
-from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import warnings_of, with_warning
 from hydroservo.runs.provenance import provenance
-from hydroservo.validation import number, whole_number
 from hydroservo.work.notebook_bar import shows_progress
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.formatting import NONE, brief, number, quantity, scale_of
+from hydroservo.core.formatting import NONE, brief, number, quantity, scale_of
 from hydroservo.linear.measured_margins import measured_margins
 from hydroservo.linear.reading import READ, margins_table, read_as, verdict
 from hydroservo.linear.trusted import says

@@ -7,15 +7,15 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import replace
-from hydroservo.field import Field
-from hydroservo.formatting import NONE, number, quantity
+from hydroservo.control.loop import Loop
+from hydroservo.control.monitors import Oscillation
+from hydroservo.core.block import replace
+from hydroservo.core.field import Field
+from hydroservo.core.formatting import NONE, number, quantity
 from hydroservo.linear.margins import UNTOLD
 from hydroservo.linear.onset import LARGE, amplified, first_of, longer
 from hydroservo.linear.places import Place, Reserve, places_of
 from hydroservo.linear.reading import READ, read_as
-from hydroservo.loop import Loop
-from hydroservo.monitors import Oscillation
 from hydroservo.runs.batch import simulate_batch, with_steps
 from hydroservo.runs.cautions import quietly
 

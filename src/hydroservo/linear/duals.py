@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo import ops
-from hydroservo.block import Block
-from hydroservo.twins import Twins
+from hydroservo.core import ops
+from hydroservo.core.block import Block
+from hydroservo.core.twins import Twins
 
 Vector = NDArray[np.float64]
 
@@ -133,7 +133,7 @@ def along(x: Any, value: float, slope: float) -> Any:
 
 
 def dual_ops() -> SimpleNamespace:
-    """The functions of :mod:`hydroservo.ops` by name, for numbers with slopes."""
+    """The functions of :mod:`hydroservo.core.ops` by name, for numbers with slopes."""
     same = {name: getattr(ops, name) for name in ops.__all__}  # choices and comparisons are what they are
     smooth = {
         "absolute": abs,

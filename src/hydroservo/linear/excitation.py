@@ -6,10 +6,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo import ops
-from hydroservo.block import Block, Field
-from hydroservo.roles import Controller, Load, Reference, role
-from hydroservo.signals import Demand, Measurement
+from hydroservo.core import ops
+from hydroservo.core.block import Block, Field
+from hydroservo.core.roles import Controller, Load, Reference, role
+from hydroservo.core.signals import Demand, Measurement
 
 FADE = 0.025  # of a chirp's period, in which it comes, and in which it goes
 

@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
 
-from hydroservo.block import Block, field_at
-from hydroservo.field import Field
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Block, field_at
+from hydroservo.core.field import Field
 from hydroservo.linear.axis import Axis, axis_at
 from hydroservo.linear.places import SHARES, largest_command, sliding
-from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
 FOLLOWED = ("m", "m/s")  # what a loop controls, by its unit

@@ -7,15 +7,15 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.errors import ParameterError
-from hydroservo.field import Field
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import Field
+from hydroservo.core.nearest import one_of
+from hydroservo.core.validation import number as checked_number
 from hydroservo.linear.linearization_finding import linearization_finding
 from hydroservo.linear.system import System, response
-from hydroservo.loop import Loop
-from hydroservo.nearest import one_of
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
-from hydroservo.validation import number as checked_number
 
 Matrix = NDArray[np.float64]
 AT_ORIGIN = 1e-9  # of the largest pole: below it a pole is at rest

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydroservo.command_scale import in_command_unit
-from hydroservo.formatting import number, quantity, superscripts
+from hydroservo.core.command_scale import in_command_unit
+from hydroservo.core.formatting import number, quantity, superscripts
 from hydroservo.runs.provenance import origin_of_loop
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
 from hydroservo.show.finding import title_of

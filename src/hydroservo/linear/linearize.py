@@ -5,24 +5,24 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, field_at, leaves, signal_of, state_field_at, values
+from hydroservo.control.loop import AUTO, Loop, LoopState
+from hydroservo.core.block import Block, field_at, leaves, signal_of, state_field_at, values
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import Field, declared_fields
+from hydroservo.core.hooks import smoothed
+from hydroservo.core.nearest import one_of
+from hydroservo.core.signals import Demand, MachineOutputs, Measurement
+from hydroservo.core.states import filled
+from hydroservo.core.validation import number
 from hydroservo.cosimulation import refuse_foreign
-from hydroservo.errors import ParameterError
-from hydroservo.field import Field, declared_fields
-from hydroservo.hooks import smoothed
 from hydroservo.linear.linearization import Linearization, Quantity, Uncertain
 from hydroservo.linear.operating_point import DigitalState, OperatingPoint, machine_point, operating_point
 from hydroservo.linear.parts import law_slopes, machine_slopes, parts_of
 from hydroservo.linear.slopes import Slopes
 from hydroservo.linear.system import COMMAND, FORCE, System, closed, opened_system, reduced
-from hydroservo.loop import AUTO, Loop, LoopState
-from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import ready, simulate
-from hydroservo.signals import Demand, MachineOutputs, Measurement
-from hydroservo.states import filled
-from hydroservo.validation import number
 
 COMMANDED = Quantity("command", "V")
 LOADED = Quantity("load.force", "N")

@@ -6,13 +6,13 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.field import Field
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import HydroservoError, ParameterError
+from hydroservo.core.field import Field
 from hydroservo.linear.open_loop import OpenLoop, opened
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
 from hydroservo.linear.reading import margins_finding
 from hydroservo.linear.response import crossings, grid, largest
-from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, leaves
-from hydroservo.errors import ParameterError
-from hydroservo.group import nested
+from hydroservo.control.loop import Loop
+from hydroservo.control.monitors import PistonTravel
+from hydroservo.core.block import Block, leaves
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.group import nested
 from hydroservo.linear.excitation import Chirp, Excited, ExcitedDemand, PushedLoad, Tones
 from hydroservo.linear.operating_point import OperatingPoint
-from hydroservo.loop import Loop
-from hydroservo.monitors import PistonTravel
+from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.runs.step_sizes import with_substeps
-from hydroservo.starts import AsBuilt
 
 if TYPE_CHECKING:
     import xarray as xr

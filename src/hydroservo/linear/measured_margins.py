@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.formatting import number
+from hydroservo.core.formatting import number
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.controllers import DirectionalGain, Saturation
-from hydroservo.group import group
-from hydroservo.loop import Loop
-from hydroservo.monitors import Oscillation
+from hydroservo.control.controllers import DirectionalGain, Saturation
+from hydroservo.control.loop import Loop
+from hydroservo.control.monitors import Oscillation
+from hydroservo.core.group import group
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
@@ -29,7 +29,7 @@ def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: Progress
     The loop runs as it is, noise, steps, limits and all, under its own demand and load and 5 s longer, once
     for each factor on its command from 0 to 20 dB in steps of 0.25 dB (of 0.5 dB in runs of 50000 samples
     or more), all side by side. It is the first factor with which the run oscillates, as
-    :class:`~hydroservo.monitors.Oscillation` has it, or diverges, and with the next one too.
+    :class:`~hydroservo.control.monitors.Oscillation` has it, or diverges, and with the next one too.
 
     Args:
         loop: the loop.

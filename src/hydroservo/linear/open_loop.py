@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError
+from hydroservo.core.errors import ParameterError
 from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.linear.parts import Parts, parts_of, sizes
 from hydroservo.linear.system import ASKED, COMMAND, opened_system, reduced

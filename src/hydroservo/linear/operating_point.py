@@ -7,18 +7,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, values
+from hydroservo.control.loop import Loop, MachineState
+from hydroservo.core.block import Block, values
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.hooks import smoothed
+from hydroservo.core.signals import Demand
+from hydroservo.core.states import axpy, filled
 from hydroservo.cosimulation import refuse_foreign
-from hydroservo.errors import ParameterError
-from hydroservo.hooks import smoothed
 from hydroservo.linear.slopes import Function, central, differences, reached
-from hydroservo.loads import Constant
-from hydroservo.loop import Loop, MachineState
+from hydroservo.machine.loads import Constant
+from hydroservo.machine.starts import Steady
 from hydroservo.runs.run import ready
 from hydroservo.runs.steady import sized
-from hydroservo.signals import Demand
-from hydroservo.starts import Steady
-from hydroservo.states import axpy, filled
 
 Vector = NDArray[np.float64]
 
@@ -109,7 +109,7 @@ def demanded(loop: Loop, machine: MachineState, u: float, force: float) -> Deman
 def sampled(
     point: OperatingPoint, machine: MachineState, digital: DigitalState, demand: Demand
 ) -> DigitalState:
-    """What happens at a sample: measure, run the controller; see :meth:`~hydroservo.loop.Loop.sample`."""
+    """Measure and run the controller at a sample, as :meth:`~hydroservo.control.loop.Loop.sample` does."""
     loop, dt = point.loop, point.loop.simulation.period
     seen = loop.seen(machine, point.force)
     sensors = loop.sensors.step(digital.sensors, seen, loop.draws(0.0, dt), dt)

@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, values
-from hydroservo.errors import ParameterError
+from hydroservo.core.block import Block, values
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.signals import MachineOutputs
+from hydroservo.core.states import filled
 from hydroservo.linear.operating_point import DigitalState, OperatingPoint, sampled
 from hydroservo.linear.slopes import Slopes, slopes
 from hydroservo.runs.steady import SIZES, sized
-from hydroservo.signals import MachineOutputs
-from hydroservo.states import filled
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]

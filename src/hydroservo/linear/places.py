@@ -8,16 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import leaves, replace, values
-from hydroservo.errors import ParameterError
-from hydroservo.hooks import smoothed
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import leaves, replace, values
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.hooks import smoothed
 from hydroservo.linear.margins import SLOWEST, UNTOLD, Judged, Margins, margins_at
 from hydroservo.linear.open_loop import OpenLoop, put_together
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
 from hydroservo.linear.parts import Parts, digital_rows, digital_slopes, parts_of
 from hydroservo.linear.response import grid
 from hydroservo.linear.slopes import exact_slopes
-from hydroservo.loop import Loop
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import complete, designed_law, simulate
 

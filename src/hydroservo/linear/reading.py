@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.formatting import quantity
+from hydroservo.core.formatting import quantity
 from hydroservo.linear.onset import MOST
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Table
 

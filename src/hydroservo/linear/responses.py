@@ -6,8 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import values
-from hydroservo.controlled import Velocity
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import values
+from hydroservo.core.signals import MachineOutputs
 from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.linear.parts import Parts
 from hydroservo.linear.system import (
@@ -21,8 +23,6 @@ from hydroservo.linear.system import (
     pushed,
     response,
 )
-from hydroservo.loop import Loop
-from hydroservo.signals import MachineOutputs
 
 Vector = NDArray[np.float64]
 Response = NDArray[np.complex128]

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block
+from hydroservo.core.block import Block
 from hydroservo.linear.duals import Dual, dual, duals
 
 Vector = NDArray[np.float64]

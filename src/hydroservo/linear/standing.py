@@ -4,15 +4,15 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, NamedTuple
 
-from hydroservo.block import replace
-from hydroservo.field import Field
-from hydroservo.formatting import NONE
+from hydroservo.control.loop import Loop
+from hydroservo.control.monitors import Oscillation
+from hydroservo.core.block import replace
+from hydroservo.core.field import Field
+from hydroservo.core.formatting import NONE
 from hydroservo.linear.margins import UNTOLD
 from hydroservo.linear.onset import longer
 from hydroservo.linear.reading import READ, margin_in, read_as
 from hydroservo.linear.view import onset_of, viewed
-from hydroservo.loop import Loop
-from hydroservo.monitors import Oscillation
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.show import Cell, Column, Table

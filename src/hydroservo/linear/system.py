@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import values
+from hydroservo.core.block import values
 from hydroservo.linear.operating_point import DigitalState, OperatingPoint
 from hydroservo.linear.parts import Parts, jumps, sizes
 from hydroservo.linear.slopes import reached

@@ -6,11 +6,11 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.field import Field
+from hydroservo.core.field import Field
 from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.linear.parts import machine_slopes
 from hydroservo.linear.slopes import slopes
-from hydroservo.plants import Cylinder, LoadPressurePlant
+from hydroservo.machine.plants import Cylinder, LoadPressurePlant
 
 DRAINED = 0.5  # of the natural frequency, above which a column that drains so fast is no spring
 

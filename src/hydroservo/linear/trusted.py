@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from hydroservo.formatting import number
+from hydroservo.control.loop import Loop
+from hydroservo.core.formatting import number
 from hydroservo.linear.margins import Judged, Margins
 from hydroservo.linear.onset import MOST
 from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.linear.places import kinked, largest_command, while_moving
-from hydroservo.loop import Loop
 
 AGREED = 1.5  # dB, by which a gain margin may miss the onset of oscillation
 LEAST = 0.1  # of the largest command of the run, from which a point that is asked for has margins of its own

@@ -7,8 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.field import Field
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import HydroservoError, ParameterError
+from hydroservo.core.field import Field
+from hydroservo.core.validation import number
 from hydroservo.linear.margins import Judged, Margins, margins_at
 from hydroservo.linear.onset import oscillation_gain
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
@@ -16,9 +18,7 @@ from hydroservo.linear.parts import Parts, parts_of
 from hydroservo.linear.places import sliding
 from hydroservo.linear.response import rates_of
 from hydroservo.linear.trusted import Trusted, trusted_margins
-from hydroservo.loop import Loop
 from hydroservo.runs.run import complete
-from hydroservo.validation import number
 
 Vector = NDArray[np.float64]
 Progress = Callable[[float], None]

@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import Block, field_at, value_at
-from hydroservo.errors import ParameterError
-from hydroservo.field import Field
-from hydroservo.loop import Loop
-from hydroservo.metrics import judged_by
-from hydroservo.nearest import one_of
+from hydroservo.control.loop import Loop
+from hydroservo.control.metrics import judged_by
+from hydroservo.core.block import Block, field_at, value_at
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import Field
+from hydroservo.core.nearest import one_of
+from hydroservo.core.validation import whole_number, within
 from hydroservo.runs.arguments import check_one_signal
-from hydroservo.validation import whole_number, within
 
 ACTIVITY = "control_total_variation"
 LARGEST = 1e300  # of weights and effort
@@ -31,7 +31,8 @@ class Aim(NamedTuple):
         loops: the loops, all with the same controller.
         weights: of each loop's metric in the geometric mean; alike if none are given.
         metric: name of a metric of which less is better, such as those of
-            :class:`~hydroservo.monitors.TrackingError`; another name is refused with those that there are.
+            :class:`~hydroservo.control.monitors.TrackingError`; another name is refused with those that there
+            are.
         seeds: how many seeds each candidate is simulated with, from the loop's own on.
         effort: exponent e of the command's total variation, at least 0.
         metrics: the monitors that the metric comes from, in place of the loops' own, as of

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeGuard
 
-from hydroservo.block import is_block
-from hydroservo.errors import ParameterError, short
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import is_block
+from hydroservo.core.errors import ParameterError, short
 
 if TYPE_CHECKING:
     import xarray as xr

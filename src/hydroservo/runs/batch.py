@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.block import Block, field_at, replace
+from hydroservo.control.loop import AUTO, Loop
+from hydroservo.control.metrics import declared_metrics, flags_of, monitors_of
+from hydroservo.core.block import Block, field_at, replace
 from hydroservo.cosimulation import is_foreign
-from hydroservo.loop import AUTO, Loop
-from hydroservo.metrics import declared_metrics, flags_of, monitors_of
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import quietly, warns, with_warning
 from hydroservo.runs.cautions.every import loop_cautions

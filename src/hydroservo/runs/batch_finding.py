@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.field import Field
-from hydroservo.formatting import Scale, counted, number
-from hydroservo.metrics import Divergence, default_metric
+from hydroservo.control.metrics import Divergence, default_metric
+from hydroservo.core.field import Field
+from hydroservo.core.formatting import Scale, counted, number
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import origin_of
 from hydroservo.runs.results import metric_fields, scenario_of

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Mapping
 
-from hydroservo.constants import ATMOSPHERE
-from hydroservo.field import Field
-from hydroservo.formatting import quantity
-from hydroservo.monitors.cycles import GROWING
+from hydroservo.control.monitors.cycles import GROWING
+from hydroservo.core.constants import ATMOSPHERE
+from hydroservo.core.field import Field
+from hydroservo.core.formatting import quantity
 
 VAPOUR = 1e4  # [Pa] absolute, down to which oil may lose air without losing its flow; chosen here
 LONG = 0.01  # s of low pressure that are worth a sentence

@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.block import Block, field_at, is_block, leaves, replace, value_at
-from hydroservo.errors import ParameterError
-from hydroservo.hooks import designed, resting
-from hydroservo.loop import Loop, MachineState
+from hydroservo.control.loop import Loop, MachineState
+from hydroservo.control.wiring import believed
+from hydroservo.core.block import Block, field_at, is_block, leaves, replace, value_at
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.hooks import designed, resting
+from hydroservo.core.validation import allowed, check_own, number
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.steady import starts_found
-from hydroservo.validation import allowed, check_own, number
-from hydroservo.wiring import believed
 
 SEED = "simulation.seed"  # the one whole number that may differ between runs; doubles hold it exactly
 

@@ -4,11 +4,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.block import Block, field_at
-from hydroservo.field import Field
-from hydroservo.formatting import common_unit, yes_or_no
-from hydroservo.metrics import Divergence
-from hydroservo.outputs import write_text
+from hydroservo.control.metrics import Divergence
+from hydroservo.core.block import Block, field_at
+from hydroservo.core.field import Field
+from hydroservo.core.formatting import common_unit, yes_or_no
+from hydroservo.core.outputs import write_text
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.conditions import differences, winners
 from hydroservo.runs.provenance import origin_of

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from hydroservo.block import Block, leaves
+from hydroservo.core.block import Block, leaves
 
 BEYOND = "left physical reach, beyond"
 ORDER = ("reference", "sensors", "controller", "hold", "load")  # of a sample; then the machine moves

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import Block
+from hydroservo.core.block import Block
 from hydroservo.engine.watch import reader, spans_of
 from hydroservo.runs.rows import FIRST, Numbers, compiled
 

@@ -8,14 +8,20 @@ from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
 
-from hydroservo.block import Block, is_block, values
+from hydroservo.control.loop import Loop
+from hydroservo.control.metrics import monitors_of
+from hydroservo.core.block import Block, is_block, values
+from hydroservo.core.errors import LoopError
+from hydroservo.core.signals import Measurement
 from hydroservo.cosimulation import ForeignMachine
-from hydroservo.errors import LoopError
-from hydroservo.loop import Loop
-from hydroservo.metrics import monitors_of
+from hydroservo.machine.sensors.missing import (
+    Lacking,
+    MissingSignalError,
+    Unmeasured,
+    missing_signals,
+    sensors_for,
+)
 from hydroservo.runs.returns import with_checked_returns
-from hydroservo.sensors.missing import Lacking, MissingSignalError, Unmeasured, missing_signals, sensors_for
-from hydroservo.signals import Measurement
 
 
 @contextmanager
@@ -101,14 +107,14 @@ def has_floats(state: Block) -> bool:
 
 def problem_of(value: object) -> str:
     """What is wrong with a number of a state that is not a float."""
-    several = "hydroservo.vectors.vector makes a record of floats"
+    several = "hydroservo.core.vectors.vector makes a record of floats"
     ways = {bool: "write 1.0 or 0.0", int: "write 1.0, not 1"}
     way = "write float(...)" if isinstance(value, float) else ways.get(type(value), several)
     return f"is of type {type(value).__name__}: must be a float in init and after each step; {way}"
 
 
 def signals_used(loop: Loop) -> list[str]:
-    """The fields of :class:`~hydroservo.signals.Measurement` that a law computes with, found by a sample."""
+    """The fields of :class:`~hydroservo.core.signals.Measurement` that a law reads, seen at a sample."""
     return [name for name in Measurement._fields if is_used(loop, name)]
 
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, replace, value_at
-from hydroservo.errors import LoopError
-from hydroservo.loop import Loop
-from hydroservo.metrics import declared_metrics, monitors_of
+from hydroservo.control.loop import Loop
+from hydroservo.control.metrics import declared_metrics, monitors_of
+from hydroservo.core.block import Block, replace, value_at
+from hydroservo.core.errors import LoopError
 from hydroservo.runs.divergence import NOTHING, Loss
 
 if TYPE_CHECKING:

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block
-from hydroservo.errors import ParameterError
-from hydroservo.loop import Loop
-from hydroservo.metrics import declared_metrics, judged_by, monitors_of
+from hydroservo.control.loop import Loop
+from hydroservo.control.metrics import declared_metrics, judged_by, monitors_of
+from hydroservo.core.block import Block
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.validation import checked
 from hydroservo.runs.aims import ACTIVITY, Aim
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.columns import SEED, checked_columns, designs, starts
 from hydroservo.runs.step_sizes import with_substeps
-from hydroservo.validation import checked
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,10 +10,10 @@ import numpy as np
 import tomli_w
 
 from hydroservo._version import __version__
-from hydroservo.block import Block, is_block
-from hydroservo.command_scale import CommandScale
-from hydroservo.controlled.this_signal import ThisSignal
-from hydroservo.group import group_class
+from hydroservo.control.controlled.this_signal import ThisSignal
+from hydroservo.core.block import Block, is_block
+from hydroservo.core.command_scale import CommandScale
+from hydroservo.core.group import group_class
 from hydroservo.show import Origin
 
 

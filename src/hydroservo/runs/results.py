@@ -9,10 +9,10 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.command_scale import in_command_unit
-from hydroservo.errors import HydroservoError, ParameterError, require
-from hydroservo.field import Field
-from hydroservo.outputs import atomic_path
+from hydroservo.core.command_scale import in_command_unit
+from hydroservo.core.errors import HydroservoError, ParameterError, require
+from hydroservo.core.field import Field
+from hydroservo.core.outputs import atomic_path
 from hydroservo.runs.arguments import checked_path, checked_run, is_result
 from hydroservo.show.numbers import plain
 

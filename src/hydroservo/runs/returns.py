@@ -4,10 +4,10 @@ from functools import cache
 from types import FunctionType
 from typing import Any, get_type_hints
 
-from hydroservo.block import Block, is_block, leaves
-from hydroservo.errors import LoopError, short
-from hydroservo.loop import Loop
-from hydroservo.roles import (
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Block, is_block, leaves
+from hydroservo.core.errors import LoopError, short
+from hydroservo.core.roles import (
     Controller,
     Differentiator,
     Filter,
@@ -17,7 +17,7 @@ from hydroservo.roles import (
     PressureSensor,
     VelocityEstimator,
 )
-from hydroservo.roles.saying import is_role
+from hydroservo.core.roles.saying import is_role
 
 STATES: dict[Any, tuple[str, ...]] = {  # the numbers that others read in the state of a role
     Controller: ("u",),

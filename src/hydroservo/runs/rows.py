@@ -6,13 +6,13 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, values
+from hydroservo.control.loop import Loop, MachineState
+from hydroservo.control.monitors.group import Usual
+from hydroservo.core.block import Block, values
+from hydroservo.core.roles import Reference
+from hydroservo.core.signals import Demand
+from hydroservo.core.states import filled
 from hydroservo.cosimulation import is_foreign
-from hydroservo.loop import Loop, MachineState
-from hydroservo.monitors.group import Usual
-from hydroservo.roles import Reference
-from hydroservo.signals import Demand
-from hydroservo.states import filled
 
 Numbers = NDArray[np.float64]
 Which = NDArray[np.intp]

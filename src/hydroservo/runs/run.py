@@ -7,16 +7,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import Block, leaves, state_field_at, value_at, values
+from hydroservo.control.loop import Loop
+from hydroservo.control.metrics import Divergence, monitors_of, signals_of, values_of
+from hydroservo.control.monitors.group import Usual
+from hydroservo.control.monitors.group import named as named_monitors
+from hydroservo.control.wiring import believed, wired, with_signal
+from hydroservo.core.block import Block, leaves, state_field_at, value_at, values
+from hydroservo.core.errors import LoopError, ParameterError
+from hydroservo.core.field import Field
+from hydroservo.core.group import group
+from hydroservo.core.hooks import designed, resting
+from hydroservo.core.validation import checked
 from hydroservo.cosimulation import ForeignLoad, coupled, first_force, is_foreign
-from hydroservo.errors import LoopError, ParameterError
-from hydroservo.field import Field
-from hydroservo.group import group
-from hydroservo.hooks import designed, resting
-from hydroservo.loop import Loop
-from hydroservo.metrics import Divergence, monitors_of, signals_of, values_of
-from hydroservo.monitors.group import Usual
-from hydroservo.monitors.group import named as named_monitors
+from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.arguments import as_list, checked_loop
 from hydroservo.runs.cautions import warns, with_warning
 from hydroservo.runs.cautions.every import loop_cautions, run_cautions
@@ -26,9 +29,6 @@ from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.steady import check_given, started
 from hydroservo.runs.step_sizes import check_substeps, checked_steps, machine_paths, with_exact_delay
 from hydroservo.runs.trace import Plan, Trace, dataset
-from hydroservo.starts import AsBuilt
-from hydroservo.validation import checked
-from hydroservo.wiring import believed, wired, with_signal
 from hydroservo.work.notebook_bar import shows_progress
 
 if TYPE_CHECKING:
@@ -69,7 +69,8 @@ def simulate(
         record: paths of the state to record, such as ``controller.observer.d1``, or of what a monitor
             declares, such as ``disturbance.d1``; all of them if None.
         metrics: the monitors that judge the run, in place of the loop's own; those of
-            :func:`~hydroservo.metrics.usual` if neither has any. A list, or a mapping of names to them.
+            :func:`~hydroservo.control.metrics.usual` if neither has any. A list, or a mapping of names to
+            them.
         compiled: False runs the same text in plain Python, thousands of times slower, for debugging. A loop
             with an FMU in it runs so in any case.
         strict: True rounds after every operation, as plain Python does, and gives its bits; False lets the

@@ -4,10 +4,10 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.field import Field
-from hydroservo.formatting import brief, quantity, readable_unit
-from hydroservo.metrics import Divergence
-from hydroservo.outputs import write_text
+from hydroservo.control.metrics import Divergence
+from hydroservo.core.field import Field
+from hydroservo.core.formatting import brief, quantity, readable_unit
+from hydroservo.core.outputs import write_text
 from hydroservo.runs.behaviour import behaviour
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.divergence import BEYOND

@@ -5,15 +5,15 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, field_at, is_block, leaves, value_at, values
-from hydroservo.constants import ATMOSPHERE
-from hydroservo.errors import ParameterError
-from hydroservo.group import nested
-from hydroservo.loop import Loop, MachineState
+from hydroservo.control.loop import Loop, MachineState
+from hydroservo.core.block import Block, field_at, is_block, leaves, value_at, values
+from hydroservo.core.constants import ATMOSPHERE
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.group import nested
+from hydroservo.core.states import filled
+from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.least_squares import Which, least_squares
 from hydroservo.runs.rows import machine_rates
-from hydroservo.starts import AsBuilt
-from hydroservo.states import filled
 
 POSITION, VELOCITY, FRICTION = "plant.position", "plant.velocity", "plant.friction."
 Numbers = NDArray[np.float64]

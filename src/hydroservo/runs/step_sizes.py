@@ -8,11 +8,11 @@ from typing import Any, Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo import ops
-from hydroservo.block import leaves, replace, value_at, values
-from hydroservo.errors import ParameterError
-from hydroservo.integrators.jumps import AFTER, BEFORE
-from hydroservo.loop import AUTO, Loop
+from hydroservo.control.loop import AUTO, Loop
+from hydroservo.core import ops
+from hydroservo.core.block import leaves, replace, value_at, values
+from hydroservo.core.errors import ParameterError
+from hydroservo.machine.integrators.jumps import AFTER, BEFORE
 from hydroservo.runs.rows import FIRST, Rates, machine_rates
 
 COMMAND = "controller.u"

@@ -11,21 +11,21 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.block import Block, Field, leaves, replace
+from hydroservo.control.loop import Loop
+from hydroservo.control.wiring import wired
+from hydroservo.core.block import Block, Field, leaves, replace
+from hydroservo.core.errors import HydroservoWarning, ParameterError
+from hydroservo.core.group import group
+from hydroservo.core.roles import Controller, role
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.core.validation import LARGEST_WHOLE, checked
 from hydroservo.cosimulation import refuse_foreign
-from hydroservo.errors import HydroservoWarning, ParameterError
-from hydroservo.group import group
-from hydroservo.loop import Loop
-from hydroservo.roles import Controller, role
 from hydroservo.runs.batch import with_steps
 from hydroservo.runs.columns import SEED, checked_columns, starts
 from hydroservo.runs.divergence import reach_of, watched_paths
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.run import plan_of, ready, studied
 from hydroservo.runs.step_sizes import hardest
-from hydroservo.signals import Demand, Measurement
-from hydroservo.validation import LARGEST_WHOLE, checked
-from hydroservo.wiring import wired
 from hydroservo.work.cores import checked_count
 
 COMMAND = "controller.u"

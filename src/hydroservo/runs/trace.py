@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.field import Field
-from hydroservo.loop import Loop
-from hydroservo.metrics import declared_metrics, monitors_of
+from hydroservo.control.loop import Loop
+from hydroservo.control.metrics import declared_metrics, monitors_of
+from hydroservo.core.field import Field
 from hydroservo.runs.provenance import provenance
 
 if TYPE_CHECKING:

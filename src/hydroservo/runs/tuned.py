@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from hydroservo.formatting import Scale
+from hydroservo.core.formatting import Scale
 from hydroservo.runs.aims import Aim
 from hydroservo.runs.tuned_finding import tuned_finding
 from hydroservo.show import Finding

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from hydroservo._version import __version__
-from hydroservo.formatting import quantity
+from hydroservo.core.formatting import quantity
 from hydroservo.runs.aims import geometric_mean
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import origin_of_loop

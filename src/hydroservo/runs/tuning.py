@@ -7,8 +7,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import value_at
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.control.wiring import wired
+from hydroservo.core.block import value_at
+from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.runs.aims import Aim, check_ranges, checked_aim, checked_whole, geometric_mean
 from hydroservo.runs.arguments import checked_loops
 from hydroservo.runs.objective import (
@@ -24,7 +25,6 @@ from hydroservo.runs.objective import (
 from hydroservo.runs.run import with_metrics
 from hydroservo.runs.space import CANDIDATES, Space, minimum
 from hydroservo.runs.tuned import Tried, Tuned
-from hydroservo.wiring import wired
 
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]

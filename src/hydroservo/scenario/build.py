@@ -4,15 +4,16 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, cast
 
-from hydroservo.block import Block, signal_below, signal_of
-from hydroservo.controlled import Velocity
-from hydroservo.curve import Curve
-from hydroservo.errors import ParameterError
-from hydroservo.field import Field, declared_fields
-from hydroservo.group import group
-from hydroservo.nearest import one_of
-from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
-from hydroservo.roles.saying import is_role
+from hydroservo.control.controlled import Velocity
+from hydroservo.core.block import Block, signal_below, signal_of
+from hydroservo.core.curve import Curve
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import Field, declared_fields
+from hydroservo.core.group import group
+from hydroservo.core.nearest import one_of
+from hydroservo.core.roles.saying import is_role
+from hydroservo.core.validation import allowed, checked, number
+from hydroservo.machine.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.scenario.fits import check_maker, hints
 from hydroservo.scenario.fmus import FMU, KEYS, fmu_class, names_fmu, own_keys
 from hydroservo.scenario.keys import defaults
@@ -21,7 +22,6 @@ from hydroservo.scenario.quantities import number_and_unit, si_value, unit_facto
 from hydroservo.scenario.records.series import axis_key, recorded
 from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_role
 from hydroservo.scenario.tables import Entry, Layer, Table
-from hydroservo.validation import allowed, checked, number
 
 FULL, POINTS = "full", "points"
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits

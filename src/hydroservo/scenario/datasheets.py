@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.block import Block, field_at, is_block, leaves
-from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.nearest import nearest
+from hydroservo.core.block import Block, field_at, is_block, leaves
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.nearest import nearest
+from hydroservo.core.validation import number
 from hydroservo.runs.columns import Columns, vector
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.load import Assembly, Machine, assembled
-from hydroservo.validation import number
 
 
 def datasheet_columns(

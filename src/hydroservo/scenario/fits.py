@@ -10,13 +10,13 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, get_args, get_type_hints
 
-from hydroservo import roles
-from hydroservo.block import is_block
-from hydroservo.errors import ParameterError, ScenarioError, short
-from hydroservo.field import Field, declared_fields
-from hydroservo.hooks import HOOKS
+from hydroservo.core import roles
+from hydroservo.core.block import is_block
+from hydroservo.core.errors import ParameterError, ScenarioError, short
+from hydroservo.core.field import Field, declared_fields
+from hydroservo.core.hooks import HOOKS
+from hydroservo.core.validation import TEXT, in_range, number
 from hydroservo.scenario.units import check_si
-from hydroservo.validation import TEXT, in_range, number
 
 ROLES: tuple[type, ...] = tuple(
     value
@@ -33,7 +33,7 @@ def said_roles(cls: type) -> tuple[type, ...]:
         if one not in ROLES:
             name = getattr(one, "__name__", repr(one))
             raise ValueError(
-                f"{cls.__name__} says that its role is {name}, which hydroservo.roles does not have"
+                f"{cls.__name__} says that its role is {name}, which hydroservo.core.roles does not have"
             )
     return several
 

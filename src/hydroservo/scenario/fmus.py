@@ -7,7 +7,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.block import Block
+from hydroservo.core.block import Block
+from hydroservo.core.errors import HydroservoError, ScenarioError, short
+from hydroservo.core.nearest import nearest
+from hydroservo.core.roles import Load, Plant
 from hydroservo.cosimulation import (
     LOAD_INPUTS,
     LOAD_OUTPUTS,
@@ -24,9 +27,6 @@ from hydroservo.cosimulation import (
     digest_of,
     read_fmu,
 )
-from hydroservo.errors import HydroservoError, ScenarioError, short
-from hydroservo.nearest import nearest
-from hydroservo.roles import Load, Plant
 from hydroservo.scenario.quantities import si_value, unit_factor
 from hydroservo.scenario.tables import Entry, Table
 

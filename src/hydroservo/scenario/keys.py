@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import is_block
-from hydroservo.curve import Curve
-from hydroservo.errors import ParameterError
-from hydroservo.field import CONTROLLED, Field, declared_fields
-from hydroservo.loop import Loop, Simulation
-from hydroservo.nearest import nearest
-from hydroservo.roles import Monitor
-from hydroservo.roles.saying import is_role
+from hydroservo.control.loop import Loop, Simulation
+from hydroservo.core.block import is_block
+from hydroservo.core.curve import Curve
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import CONTROLLED, Field, declared_fields
+from hydroservo.core.nearest import nearest
+from hydroservo.core.roles import Monitor
+from hydroservo.core.roles.saying import is_role
 from hydroservo.scenario.fits import ROLES, hints, roles_of
 from hydroservo.scenario.layers import is_builtin
 from hydroservo.scenario.plugins import is_block_class

@@ -7,10 +7,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from hydroservo.builtin import texts, titles
-from hydroservo.errors import ParameterError, ScenarioError, one_line, short
-from hydroservo.inputs import exists, read_text
-from hydroservo.nearest import nearest
+from hydroservo.core.builtin import texts, titles
+from hydroservo.core.errors import ParameterError, ScenarioError, one_line, short
+from hydroservo.core.inputs import exists, read_text
+from hydroservo.core.nearest import nearest
 from hydroservo.scenario.tables import DEEPEST, Entry, Layer, Origin, Table, parsed
 
 LARGEST = 1 << 20  # bytes; a scenario is a few thousand

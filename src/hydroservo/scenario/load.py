@@ -6,15 +6,18 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.block import Block, field_at, leaves
-from hydroservo.command_scale import command_scale, commands_in, note_command_scale
+from hydroservo.control.loop import Loop, Simulation
+from hydroservo.control.wiring import believed, is_open, wired, with_model
+from hydroservo.core.block import Block, field_at, leaves
+from hydroservo.core.command_scale import command_scale, commands_in, note_command_scale
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.hooks import at_rest
+from hydroservo.core.nearest import one_of
+from hydroservo.core.roles import Plant
+from hydroservo.core.validation import consistent
 from hydroservo.cosimulation import ForeignMachine, NoSupply, ThroughFmu
-from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.hooks import at_rest
-from hydroservo.loop import Loop, Simulation
-from hydroservo.nearest import one_of
-from hydroservo.plants.design_model import DesignModel
-from hydroservo.roles import Plant
+from hydroservo.machine.plants.design_model import DesignModel
+from hydroservo.machine.valves.no_valve import NoValve
 from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
 from hydroservo.scenario.build import Argument, Context, Draft, draft
 from hydroservo.scenario.fits import hints
@@ -34,9 +37,6 @@ from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.search import Search, tune_search
 from hydroservo.scenario.tables import Entry, Table
-from hydroservo.validation import consistent
-from hydroservo.valves.no_valve import NoValve
-from hydroservo.wiring import believed, is_open, wired, with_model
 
 FIRST = ("plant", "valve", "supply", "drive", "load", "metrics", "controls", "start", "command")
 INSIDE: Mapping[str, Block] = {"valve": NoValve(), "supply": NoSupply(), "drive": ThroughFmu()}  # of an FMU
@@ -71,8 +71,8 @@ def load_scenario(
 ) -> Loop:
     """The loop that a scenario describes.
 
-    A scenario is a TOML file with a table for each field of :class:`~hydroservo.loop.Loop`, tables in them
-    for nested blocks, ``[uncertainty]`` and ``[truth]``, ``[tune]`` for the search of its numbers and
+    A scenario is a TOML file with a table for each field of :class:`~hydroservo.control.loop.Loop`, tables in
+    them for nested blocks, ``[uncertainty]`` and ``[truth]``, ``[tune]`` for the search of its numbers and
     ``[identify]`` for its logs. With ``base = "rig/1khz"`` or the path of a file it builds on another: what
     it gives lies over that one's, key by key; another ``type`` drops what the new one does not have, and in
     ``[controller]`` all that the base gives, for gains of one law mean nothing to another. What neither gives

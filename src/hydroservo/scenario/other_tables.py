@@ -3,21 +3,21 @@
 from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
-from hydroservo.block import Block, field_at, leaves, replace, state_field_at, value_at
-from hydroservo.command_scale import FULL, VOLTS, CommandScale
-from hydroservo.field import Field
-from hydroservo.group import group, nested
-from hydroservo.loop import Loop
-from hydroservo.metrics import usual
-from hydroservo.monitors.group import Usual, is_name
-from hydroservo.roles import Monitor, Start
+from hydroservo.control.loop import Loop
+from hydroservo.control.metrics import usual
+from hydroservo.control.monitors.group import Usual, is_name
+from hydroservo.core.block import Block, field_at, leaves, replace, state_field_at, value_at
+from hydroservo.core.command_scale import FULL, VOLTS, CommandScale
+from hydroservo.core.field import Field
+from hydroservo.core.group import group, nested
+from hydroservo.core.roles import Monitor, Start
+from hydroservo.core.validation import allowed, within
+from hydroservo.machine.starts import AsBuilt
 from hydroservo.scenario.build import Argument, Context, draft, number_from
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.records.columns import column_source
 from hydroservo.scenario.records.series import sample_period
 from hydroservo.scenario.tables import Entry, Layer, Table
-from hydroservo.starts import AsBuilt
-from hydroservo.validation import allowed, within
 
 GIVEN = "given"
 STEADY = "steady"

@@ -6,8 +6,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.block import replace
-from hydroservo.errors import HydroservoError, short
+from hydroservo.core.block import replace
+from hydroservo.core.errors import HydroservoError, short
+from hydroservo.core.validation import checked
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.batch import How, simulate_part, with_steps
 from hydroservo.runs.cautions import with_warning
@@ -24,7 +25,6 @@ from hydroservo.scenario.build import Argument
 from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.sampling import Columns, Drawn, Variation, check_size, draws_of, ranges_of
 from hydroservo.show.numbers import as_json
-from hydroservo.validation import checked
 from hydroservo.work.doing import do
 from hydroservo.work.store import PARTS, Store, manifest_in
 from hydroservo.work.unit import Say, Unit, address

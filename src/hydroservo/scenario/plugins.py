@@ -12,9 +12,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from hydroservo.errors import HydroservoError, ScenarioError
-from hydroservo.field import declared_fields
-from hydroservo.inputs import read_text
+from hydroservo.core.errors import HydroservoError, ScenarioError
+from hydroservo.core.field import declared_fields
+from hydroservo.core.inputs import read_text
 from hydroservo.scenario.fits import check_said
 from hydroservo.scenario.fmus import allow_fmu
 

@@ -5,9 +5,9 @@ from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache
 
-from hydroservo.command_scale import CommandScale, command_scale
+from hydroservo.core.command_scale import CommandScale, command_scale
+from hydroservo.core.unit_algebra import exchanged, power_in
 from hydroservo.scenario.units import case_hint, factor_and_dimension, power_of
-from hydroservo.unit_algebra import exchanged, power_in
 
 SPACES = " '\N{RIGHT SINGLE QUOTATION MARK}\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}"
 NUMBER = r"[+-]?[0-9]+(?:\.[0-9]+)?"
@@ -96,7 +96,7 @@ def si_value(text: str, unit: str) -> float:
     Args:
         text: a number and a unit of the same dimension; a number, or a ratio of two, where ``unit`` is "".
             Where that has V in it, mA or % of command count too as :class:`~.CommandScale` has it.
-        unit: the SI unit of the result, as :class:`~hydroservo.field.Field` has it.
+        unit: the SI unit of the result, as :class:`~hydroservo.core.field.Field` has it.
     """
     try:
         return value_of(text.strip().replace("\N{MINUS SIGN}", "-"), unit, command_scale())

@@ -6,16 +6,16 @@ from numbers import Real
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.block import Block, field_at, is_block, leaves
-from hydroservo.errors import ScenarioError, short
-from hydroservo.field import Field
-from hydroservo.formatting import KELVIN, Scale
-from hydroservo.loop import Loop
-from hydroservo.nearest import nearest, one_of
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Block, field_at, is_block, leaves
+from hydroservo.core.errors import ScenarioError, short
+from hydroservo.core.field import Field
+from hydroservo.core.formatting import KELVIN, Scale
+from hydroservo.core.nearest import nearest, one_of
+from hydroservo.core.validation import allowed, within
 from hydroservo.runs.columns import SEED
 from hydroservo.scenario.quantities import si_value, unit_factor
 from hydroservo.scenario.tables import Entry, Origin
-from hydroservo.validation import allowed, within
 
 SIGNS = ("+", "-", "\N{MINUS SIGN}")
 QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)

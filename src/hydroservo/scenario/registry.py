@@ -4,26 +4,20 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
-from hydroservo import (
-    controlled,
-    controllers,
+from hydroservo.control import controlled, controllers, holds, monitors, observers, pulls, references
+from hydroservo.core.nearest import nearest, one_of
+from hydroservo.machine import (
     drives,
-    holds,
     integrators,
     loads,
     mechanics,
-    monitors,
-    observers,
     oils,
     plants,
-    pulls,
-    references,
     sensors,
     starts,
     supplies,
     valves,
 )
-from hydroservo.nearest import nearest, one_of
 from hydroservo.scenario.fits import a_role, misfit
 from hydroservo.scenario.plugins import is_block_class, plugin_classes, plugin_other_classes
 from hydroservo.scenario.tables import Entry

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import field_at, leaves, replace, value_at
-from hydroservo.command_scale import commands_in
-from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.control.wiring import wired
+from hydroservo.core.block import field_at, leaves, replace, value_at
+from hydroservo.core.command_scale import commands_in
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.validation import checked, whole_number
 from hydroservo.runs.arguments import checked_loop, checked_mapping, checked_table
 from hydroservo.runs.columns import SEED
 from hydroservo.runs.provenance import scenario_hash
@@ -23,8 +25,6 @@ from hydroservo.scenario.other_tables import Truth
 from hydroservo.scenario.ranges import as_entries, both_ends, check_path
 from hydroservo.scenario.search import Search
 from hydroservo.scenario.tables import Entry
-from hydroservo.validation import checked, whole_number
-from hydroservo.wiring import wired
 
 if TYPE_CHECKING:
     import xarray as xr

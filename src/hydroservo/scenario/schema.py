@@ -3,11 +3,11 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from hydroservo.curve import Curve
-from hydroservo.field import OPEN, Field
-from hydroservo.loop import Loop
-from hydroservo.roles import Monitor
-from hydroservo.roles.saying import is_role
+from hydroservo.control.loop import Loop
+from hydroservo.core.curve import Curve
+from hydroservo.core.field import OPEN, Field
+from hydroservo.core.roles import Monitor
+from hydroservo.core.roles.saying import is_role
 from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of, summary
 from hydroservo.scenario.layers import builtin_texts
 from hydroservo.scenario.other_tables import FULL_SCALE

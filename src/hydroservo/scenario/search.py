@@ -4,18 +4,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.block import field_at, leaves, value_at
-from hydroservo.command_scale import commands_in
-from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.field import declared_fields
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import field_at, leaves, value_at
+from hydroservo.core.command_scale import commands_in
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.field import declared_fields
+from hydroservo.core.validation import number
 from hydroservo.linear.bounds import Bounds
-from hydroservo.loop import Loop
 from hydroservo.runs.aims import checked_effort, checked_weights, checked_whole, finite_numbers, metric_field
 from hydroservo.scenario.layers import named_source
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.ranges import both_ends, check_path
 from hydroservo.scenario.tables import Entry, Table
-from hydroservo.validation import number
 
 SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given
 LIMITS = {"gain_margin": "dB", "phase_margin": "rad", "max_sensitivity": "dB"}  # bounds, by name

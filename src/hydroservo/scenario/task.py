@@ -5,11 +5,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from hydroservo.block import Block, field_at, leaves
-from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.formatting import Scale
+from hydroservo.control.loop import Loop
+from hydroservo.control.wiring import wired
+from hydroservo.core.block import Block, field_at, leaves
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.formatting import Scale
 from hydroservo.linear.bounds import Bounds
-from hydroservo.loop import Loop
 from hydroservo.runs.aims import Aim, checked_aim
 from hydroservo.runs.arguments import checked_loops
 from hydroservo.runs.provenance import scenario_hash
@@ -18,7 +19,6 @@ from hydroservo.scenario.load import Assembly, assembled, load_scenario
 from hydroservo.scenario.ranges import Relative, typed_scales
 from hydroservo.scenario.search import LIMITS, Range, Search, checked_part, searched_range
 from hydroservo.scenario.tables import Entry
-from hydroservo.wiring import wired
 
 Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
 

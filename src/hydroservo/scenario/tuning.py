@@ -8,8 +8,9 @@ from typing import Any
 import tomli_w
 
 from hydroservo._version import __version__
-from hydroservo.block import replace
-from hydroservo.errors import HydroservoWarning, ParameterError
+from hydroservo.control.wiring import wired
+from hydroservo.core.block import replace
+from hydroservo.core.errors import HydroservoWarning, ParameterError
 from hydroservo.linear.bounds import LoopGuard
 from hydroservo.linear.first_guess import first_guess
 from hydroservo.linear.margins import UNTOLD
@@ -23,7 +24,6 @@ from hydroservo.runs.tuning import Progress, searched
 from hydroservo.scenario.layers import nested
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.task import Task, task_of, task_of_aim
-from hydroservo.wiring import wired
 from hydroservo.work.notebook_bar import shows_progress
 
 

@@ -9,9 +9,9 @@ from importlib.resources import files
 from itertools import accumulate
 from typing import Any
 
-from hydroservo.errors import short
-from hydroservo.field import CONTROLLED
-from hydroservo.nearest import nearest
+from hydroservo.core.errors import short
+from hydroservo.core.field import CONTROLLED
+from hydroservo.core.nearest import nearest
 
 
 class OffsetUnitError(ValueError):

@@ -9,9 +9,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from hydroservo.errors import ParameterError
-from hydroservo.formatting import MINUS, TIMES
-from hydroservo.outputs import write_text
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.formatting import MINUS, TIMES
+from hydroservo.core.outputs import write_text
 
 if TYPE_CHECKING:
     from hydroservo.figures.style import Plot

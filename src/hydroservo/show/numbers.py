@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hydroservo.errors import HydroservoError
-from hydroservo.outputs import digests, write_text
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.outputs import digests, write_text
 
 METRICS = "metrics.json"
 """The file of a folder of results that names all others."""

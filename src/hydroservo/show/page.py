@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from hydroservo._version import __version__
-from hydroservo.outputs import names_in, staged, write_text
+from hydroservo.core.outputs import names_in, staged, write_text
 from hydroservo.show.finding import Finding, Picture
 from hydroservo.show.journal import NO_JOURNAL, Journal, with_decimal_commas
 from hydroservo.show.latex import latex_of

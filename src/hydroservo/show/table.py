@@ -9,8 +9,8 @@ from numbers import Integral, Real
 from types import MappingProxyType
 from typing import NamedTuple, TypeGuard
 
-from hydroservo.command_scale import in_command_unit
-from hydroservo.formatting import MINUS, NONE, Scale, brief, scale_of, scales_of, with_label, yes_or_no
+from hydroservo.core.command_scale import in_command_unit
+from hydroservo.core.formatting import MINUS, NONE, Scale, brief, scale_of, scales_of, with_label, yes_or_no
 
 Value = str | float | int | bool | None
 

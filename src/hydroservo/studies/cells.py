@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import replace
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.control.loop import AUTO, Loop
+from hydroservo.control.metrics import judged_by
+from hydroservo.core.block import replace
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.nearest import one_of
 from hydroservo.limits.command import CommandLimits, command_limits, loosest
 from hydroservo.limits.machine import check_limited, lawless, machine_limits
-from hydroservo.loop import AUTO, Loop
-from hydroservo.metrics import judged_by
-from hydroservo.nearest import one_of
 from hydroservo.runs.columns import SEED
 from hydroservo.runs.provenance import describe, scenario_text
 from hydroservo.studies.asked import Law, Level, Study

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from hydroservo.block import Block, declared_fields, field_at, is_block, leaves
-from hydroservo.errors import ScenarioError
-from hydroservo.nearest import nearest, one_of
+from hydroservo.core.block import Block, declared_fields, field_at, is_block, leaves
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.nearest import nearest, one_of
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.load import Assembly, assembled

@@ -5,14 +5,14 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from hydroservo import builtin
-from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.nearest import one_of
+from hydroservo.core import builtin
+from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.nearest import one_of
+from hydroservo.core.validation import whole_number
 from hydroservo.scenario.layers import layered, located, named_source, nested
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.tables import Entry, Layer, Origin, Table, parsed
 from hydroservo.studies.asked import Axis, Conditions, Kind, Law, Level, ObserverChoice, Search, Study
-from hydroservo.validation import whole_number
 
 LARGEST_NUMBER = 1e300
 FILE = "file"  # key of a recorded signal

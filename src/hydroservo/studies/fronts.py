@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydroservo.errors import HydroservoError
+from hydroservo.core.errors import HydroservoError
 from hydroservo.studies.pairs import Ratio
 from hydroservo.studies.pareto import on_front
 from hydroservo.studies.standing import geometric_mean

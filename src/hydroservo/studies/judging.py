@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import field_at, leaves
-from hydroservo.errors import HydroservoError, ParameterError, ScenarioError
-from hydroservo.loop import Loop
-from hydroservo.monitors import Oscillation
+from hydroservo.control.loop import Loop
+from hydroservo.control.monitors import Oscillation
+from hydroservo.core.block import field_at, leaves
+from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError
+from hydroservo.core.validation import allowed, within
 from hydroservo.runs.aims import ACTIVITY
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
@@ -19,7 +20,6 @@ from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.sampling import Variation, drawn, parameters_of, uniform, variation
 from hydroservo.scenario.tables import Entry
 from hydroservo.studies.asked import Conditions, Kind, Level, Study
-from hydroservo.validation import allowed, within
 
 SPLITS = ("train", "validation", "test", "stress")
 MACHINE = ("plant.", "valve.", "supply.", "drive.")  # whose deviations are stressed: loads are none

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import numpy as np
 
 from hydroservo.audits.describing import busiest, exact, frozen
-from hydroservo.block import replace
-from hydroservo.errors import HydroservoError
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import replace
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.field import Field
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
-from hydroservo.field import Field
 from hydroservo.linear import Margins, margins
-from hydroservo.loop import Loop
 from hydroservo.runs.provenance import scenario_text
 from hydroservo.studies.cells import Entrant
 from hydroservo.studies.fronts import level_name

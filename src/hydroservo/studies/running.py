@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import tomli_w
 
-from hydroservo.block import Block
-from hydroservo.metrics import judged_by
-from hydroservo.outputs import OutputError, staged
+from hydroservo.control.metrics import judged_by
+from hydroservo.core.block import Block
+from hydroservo.core.outputs import OutputError, staged
 from hydroservo.runs.fitting import signals_used
 from hydroservo.scenario.layers import nested
 from hydroservo.scenario.load import Machine

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import field_at
-from hydroservo.errors import HydroservoError
+from hydroservo.core.block import field_at
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.validation import within
 from hydroservo.runs.space import CANDIDATES, Space, latin_hypercube
 from hydroservo.studies.judging import LOST, Evaluation, Group, Points, Task, Window, evaluate, mean_logs
 from hydroservo.studies.pareto import STILL, evenly_spaced, fittest, front_shift, offspring, on_front
 from hydroservo.studies.trials import Rules
-from hydroservo.validation import within
 
 if TYPE_CHECKING:
     import pyarrow as pa

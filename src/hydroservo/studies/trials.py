@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.core.errors import HydroservoError, ParameterError
 
 if TYPE_CHECKING:
     import pandas as pd

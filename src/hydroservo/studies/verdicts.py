@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.errors import HydroservoError
+from hydroservo.core.errors import HydroservoError
 from hydroservo.studies.cell_verdict import CLASSES, Area, CellVerdict, areas, cell_verdict
 from hydroservo.studies.factors import FACTORS, Effect, effects, means_of
 from hydroservo.studies.fronts import LawFront, activities_of, choose_gains, fronts_of, level_name, points_of

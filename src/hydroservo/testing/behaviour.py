@@ -8,11 +8,11 @@ from typing import Any
 
 from hypothesis.strategies import SearchStrategy
 
-from hydroservo.block import Block, is_block, leaves
+from hydroservo.core.block import Block, is_block, leaves
+from hydroservo.core.roles import Monitor, Sensors
 from hydroservo.engine.compiling import compiled
 from hydroservo.engine.native import CompileError
-from hydroservo.roles import Monitor, Sensors
-from hydroservo.sensors.missing import missing_signals
+from hydroservo.machine.sensors.missing import missing_signals
 from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case
 from hydroservo.testing.drawing import ORDINARY, WIDE, arguments, block_of

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.block import is_block, leaves
+from hydroservo.core.block import is_block, leaves
 
 CANONICAL_NAN = struct.pack("<d", float("nan"))
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hydroservo.block import Block
-from hydroservo.controlled import Velocity
-from hydroservo.plants import DesignModel
-from hydroservo.roles import Monitor
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.wiring import with_model, with_signal
+from hydroservo.core.block import Block
+from hydroservo.core.roles import Monitor
+from hydroservo.machine.plants import DesignModel
 from hydroservo.scenario.fits import file_of, line_of, role_methods, roles_of, said_roles
 from hydroservo.testing.examples import EXAMPLES, example
-from hydroservo.wiring import with_model, with_signal
 
 PLAIN = {"declared", "simplified", "substeps_for", "trusted_rate"}  # methods of roles that only Python calls
 NAMED = re.compile(r"^(?P<file>.+?), line (?P<line>\d+), ")  # how translation names a place

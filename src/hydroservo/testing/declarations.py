@@ -4,19 +4,19 @@ import pickle
 from collections.abc import Iterator
 from typing import Any, get_type_hints
 
-from hydroservo.block import Block, is_block, leaves, value_at
-from hydroservo.errors import ParameterError
-from hydroservo.field import declared_fields
-from hydroservo.roles import (
+from hydroservo.core.block import Block, is_block, leaves, value_at
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import declared_fields
+from hydroservo.core.roles import (
     Controller,
     Monitor,
 )
+from hydroservo.core.validation import TEXT, checked
 from hydroservo.runs.returns import STATES
 from hydroservo.scenario.fits import ROLES, a_role, check_said, line_of, misfit
 from hydroservo.scenario.units import check_si
 from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case, ContractError
-from hydroservo.validation import TEXT, checked
 
 
 def check_role(case: Case) -> None:

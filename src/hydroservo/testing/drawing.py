@@ -8,19 +8,13 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from hydroservo.block import Block, is_block, leaves, replace, values
-from hydroservo.curve import Curve
-from hydroservo.drives import ValveOnSupply, ValveOnSupplyState
-from hydroservo.drives.ports import Ports
-from hydroservo.errors import ParameterError
-from hydroservo.field import Field, declared_fields
-from hydroservo.mechanics import OneLinkArm
-from hydroservo.monitors.group import Usual
-from hydroservo.plants import DesignModel
-from hydroservo.roles import Monitor, Reaching, Realisation, Start
-from hydroservo.runs.run import ready
-from hydroservo.scenario.fits import role_methods
-from hydroservo.signals import (
+from hydroservo.control.monitors.group import Usual
+from hydroservo.core.block import Block, is_block, leaves, replace, values
+from hydroservo.core.curve import Curve
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.field import Field, declared_fields
+from hydroservo.core.roles import Monitor, Reaching, Realisation, Start
+from hydroservo.core.signals import (
     Demand,
     Draws,
     Feed,
@@ -30,12 +24,18 @@ from hydroservo.signals import (
     Pressures,
     VelocityError,
 )
-from hydroservo.states import filled
-from hydroservo.supplies import ReliefValve
+from hydroservo.core.states import filled
+from hydroservo.core.validation import consistent, in_range, within
+from hydroservo.machine.drives import ValveOnSupply, ValveOnSupplyState
+from hydroservo.machine.drives.ports import Ports
+from hydroservo.machine.mechanics import OneLinkArm
+from hydroservo.machine.plants import DesignModel
+from hydroservo.machine.supplies import ReliefValve
+from hydroservo.machine.valves import Orifice
+from hydroservo.runs.run import ready
+from hydroservo.scenario.fits import role_methods
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import watched_loop
-from hydroservo.validation import consistent, in_range, within
-from hydroservo.valves import Orifice
 
 
 class Range(NamedTuple):

@@ -6,8 +6,7 @@ Tests, benchmarks and the contract ask for them where any machine will do.
 import math
 from typing import Any, TypeVar, cast
 
-from hydroservo.block import Block
-from hydroservo.controllers import (
+from hydroservo.control.controllers import (
     DAC,
     LQI,
     PID,
@@ -36,33 +35,9 @@ from hydroservo.controllers import (
     ValveInversion,
     VelocityCompensation,
 )
-from hydroservo.curve import Curve
-from hydroservo.drives import (
-    CheckValve,
-    Counterbalance,
-    Hoses,
-    Lines,
-    LoadSensing,
-    PortValves,
-    PressureCompensator,
-    PumpDrive,
-)
-from hydroservo.holds import DelayedHold
-from hydroservo.loads import Constant as ConstantLoad
-from hydroservo.loads import Square as SquareLoad
-from hydroservo.loads import Step as StepLoad
-from hydroservo.loop import Loop, Simulation
-from hydroservo.mechanics import (
-    ElastoPlastic,
-    LuGre,
-    Mass,
-    MassSpringDamper,
-    OneLinkArm,
-    Stribeck,
-    SwingingLoad,
-    Viscous,
-)
-from hydroservo.observers import (
+from hydroservo.control.holds import DelayedHold
+from hydroservo.control.loop import Loop, Simulation
+from hydroservo.control.observers import (
     AdaptiveTSMObserver,
     BoundaryLayer,
     ExtendedStateObserver,
@@ -72,11 +47,7 @@ from hydroservo.observers import (
     PositionKalmanObserver,
     ValveLag,
 )
-from hydroservo.oils import CavitatingOil, ConstantOil
-from hydroservo.papers.tsmc_eha_2021 import machine
-from hydroservo.plants import Cylinder
-from hydroservo.plants.design_model import THIS_MACHINE
-from hydroservo.pulls import (
+from hydroservo.control.pulls import (
     AdaptiveSuperTwisting,
     HomogeneousPull,
     LinearPull,
@@ -86,8 +57,36 @@ from hydroservo.pulls import (
     SuperTwisting,
     TerminalPull,
 )
-from hydroservo.references import Chirp, Multisine, PointToPoint, Ramp, Step
-from hydroservo.sensors import (
+from hydroservo.control.references import Chirp, Multisine, PointToPoint, Ramp, Step
+from hydroservo.core.block import Block
+from hydroservo.core.curve import Curve
+from hydroservo.machine.drives import (
+    CheckValve,
+    Counterbalance,
+    Hoses,
+    Lines,
+    LoadSensing,
+    PortValves,
+    PressureCompensator,
+    PumpDrive,
+)
+from hydroservo.machine.loads import Constant as ConstantLoad
+from hydroservo.machine.loads import Square as SquareLoad
+from hydroservo.machine.loads import Step as StepLoad
+from hydroservo.machine.mechanics import (
+    ElastoPlastic,
+    LuGre,
+    Mass,
+    MassSpringDamper,
+    OneLinkArm,
+    Stribeck,
+    SwingingLoad,
+    Viscous,
+)
+from hydroservo.machine.oils import CavitatingOil, ConstantOil
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.plants.design_model import THIS_MACHINE
+from hydroservo.machine.sensors import (
     Encoder,
     ExactDifferentiator,
     FilteredDifference,
@@ -96,8 +95,9 @@ from hydroservo.sensors import (
     PressureTransducer,
     RigSensors,
 )
-from hydroservo.supplies import GasAccumulator, PumpSupply, ReliefValve, SlowPoppet
-from hydroservo.valves import CurvedEdges, FirstOrderValve, FourCurves, FourEdges, SecondOrderValve
+from hydroservo.machine.supplies import GasAccumulator, PumpSupply, ReliefValve, SlowPoppet
+from hydroservo.machine.valves import CurvedEdges, FirstOrderValve, FourCurves, FourEdges, SecondOrderValve
+from hydroservo.papers.tsmc_eha_2021 import machine
 
 Example = TypeVar("Example", bound=Block)
 

@@ -4,21 +4,21 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Any, NamedTuple, get_type_hints
 
-from hydroservo.block import Block, is_block, replace, value_at
-from hydroservo.controlled import Velocity
-from hydroservo.controllers import TSMC
-from hydroservo.drives import PumpDrive
-from hydroservo.errors import ParameterError
-from hydroservo.group import group
-from hydroservo.hooks import at_rest, has_chambers, is_valveless, takes_load_pressure
-from hydroservo.loop import Loop, Simulation
-from hydroservo.monitors import TrackingError
-from hydroservo.plants import Cylinder
-from hydroservo.roles import Hold, Monitor
+from hydroservo.control.controlled import Velocity
+from hydroservo.control.controllers import TSMC
+from hydroservo.control.loop import Loop, Simulation
+from hydroservo.control.monitors import TrackingError
+from hydroservo.core.block import Block, is_block, replace, value_at
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.group import group
+from hydroservo.core.hooks import at_rest, has_chambers, is_valveless, takes_load_pressure
+from hydroservo.core.roles import Hold, Monitor
+from hydroservo.machine.drives import PumpDrive
+from hydroservo.machine.plants import Cylinder
+from hydroservo.machine.valves import NoValve
 from hydroservo.scenario.fits import ROLES, said_roles
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing.examples import example
-from hydroservo.valves import NoValve
 
 PERIOD = 1e-4  # s
 PERIODS = 1000

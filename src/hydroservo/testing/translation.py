@@ -1,15 +1,15 @@
 """Whether a block can be exported as C, and gives the same bits there."""
 
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import HydroservoError, ParameterError
+from hydroservo.core.roles import Controller, Monitor
 from hydroservo.export.c.project import proof_of
 from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
-from hydroservo.loop import Loop
-from hydroservo.roles import Controller, Monitor
+from hydroservo.machine.sensors.missing import missing_signals
 from hydroservo.runs.run import ready
 from hydroservo.scenario.fits import a_role
-from hydroservo.sensors.missing import missing_signals
 from hydroservo.testing.case import Case
 from hydroservo.testing.places import loop_with
 

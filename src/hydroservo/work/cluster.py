@@ -11,7 +11,7 @@ from time import monotonic
 from typing import Any
 
 from hydroservo._version import __version__
-from hydroservo.errors import HydroservoError, clipped, require
+from hydroservo.core.errors import HydroservoError, clipped, require
 from hydroservo.work.unit import Answer, Failure, Say, Unit, answer_to
 
 PATIENCE = 10  # s, for a scheduler to answer

@@ -3,7 +3,7 @@
 import os
 from numbers import Integral
 
-from hydroservo.errors import ParameterError
+from hydroservo.core.errors import ParameterError
 
 
 def checked_count(count: int | None, name: str) -> int:

@@ -5,7 +5,7 @@ from contextlib import closing
 from threading import Event
 
 from hydroservo._version import __version__
-from hydroservo.errors import HydroservoError, clipped
+from hydroservo.core.errors import HydroservoError, clipped
 from hydroservo.work.cores import checked_count
 from hydroservo.work.processes import in_processes
 from hydroservo.work.store import Store

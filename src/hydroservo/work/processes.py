@@ -15,7 +15,7 @@ from threading import Thread
 from typing import Any, NamedTuple
 
 from hydroservo._version import __version__
-from hydroservo.outputs import temporary_folder
+from hydroservo.core.outputs import temporary_folder
 from hydroservo.work.unit import Answer, Failure, Say, Unit, answer_to
 
 MOST_DEATHS = 3  # of processes that did one unit, which then is taken for their cause

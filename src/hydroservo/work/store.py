@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo._version import __version__
-from hydroservo.errors import HydroservoError, require
-from hydroservo.inputs import exists, irregularity
-from hydroservo.outputs import OutputError, staged
+from hydroservo.core.errors import HydroservoError, require
+from hydroservo.core.inputs import exists, irregularity
+from hydroservo.core.outputs import OutputError, staged
 from hydroservo.work.unit import DIGITS
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from traceback import format_exc
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from hydroservo._version import __version__
-from hydroservo.errors import HydroservoError, ParameterError, system_problem
+from hydroservo.core.errors import HydroservoError, ParameterError, system_problem
 
 if TYPE_CHECKING:
     import pyarrow as pa

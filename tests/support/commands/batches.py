@@ -3,8 +3,8 @@
 import shlex
 
 from hydroservo import Loop
-from hydroservo.block import replace
 from hydroservo.cli.options import ranges_in, replay
+from hydroservo.core.block import replace
 from hydroservo.scenario import load_scenario, parse_override
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.sampling import Drawn, draws_of, variations

@@ -8,8 +8,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.block import is_block, leaves
-from hydroservo.plants import ThisMachine
+from hydroservo.core.block import is_block, leaves
+from hydroservo.machine.plants import ThisMachine
 from hydroservo.scenario import load_scenario, scenario_source, scenarios
 from hydroservo.testing.examples import EXAMPLES
 

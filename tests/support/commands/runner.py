@@ -12,7 +12,7 @@ PLUGIN = '''
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field
-from hydroservo.roles import Controller, role
+from hydroservo.core.roles import Controller, role
 
 
 class FixedState(NamedTuple):

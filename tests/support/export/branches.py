@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydroservo.block import Block, leaves, replace
-from hydroservo.errors import LoopError
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Block, leaves, replace
+from hydroservo.core.errors import LoopError
 from hydroservo.export.c.vectors import HUGE, Records, Vectors, made_vectors, replayed, rows_at
 from hydroservo.export.of_loop import TAKES
 from hydroservo.export.parts import block_of, with_its_substeps
 from hydroservo.export.unit import Part, Unit
 from hydroservo.language.names import place_in_c
-from hydroservo.loop import Loop
 from hydroservo.runs.run import ready
 from tests.support.needs import needs
 from tools.targets.compilers import output

@@ -10,14 +10,14 @@ import numpy as np
 from fmpy import fmi2, fmi3
 from numpy.typing import NDArray
 
+from hydroservo.control.loop import Loop
 from hydroservo.export.compilers import this_platform
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.fmu.write import place_of
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
-from hydroservo.loads import Step
-from hydroservo.loop import Loop
-from hydroservo.plants import Cylinder
+from hydroservo.machine.loads import Step
+from hydroservo.machine.plants import Cylinder
 from hydroservo.testing.examples import example
 
 States = NDArray[np.float64]

@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 from fmpy import fmi2, fmi3
 
+from hydroservo.control.loop import Loop
 from hydroservo.export.compilers import this_platform
 from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.fmu.write import place_of
 from hydroservo.export.unit import Argument, Part, Signal, Unit
-from hydroservo.loop import Loop
 from tests.support.export.by_hand import by_hand
 
 MACHINE = ("plant.", "valve.", "supply.", "sensors.")

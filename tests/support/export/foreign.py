@@ -12,8 +12,8 @@ from typing import Any
 
 import fmpy
 
+from hydroservo.control.loop import Loop
 from hydroservo.export.compilers import compiled
-from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 
 DRIVERS = Path(__file__).parent / "drivers"

@@ -20,14 +20,14 @@ from zlib import crc32
 
 import numpy as np
 
-from hydroservo.block import Block, values
+from hydroservo.core.block import Block, values
+from hydroservo.core.errors import LoopError
 from hydroservo.engine import flat
 from hydroservo.engine.compiling import compiled, shape
 from hydroservo.engine.lanes import LANES, aligned, row
 from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS, kernel_text
 from hydroservo.engine.machine_code import object_code
 from hydroservo.engine.native import CompileError, Native
-from hydroservo.errors import LoopError
 from hydroservo.export.c.vectors import rows_at
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.parts import block_of

@@ -18,8 +18,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from hydroservo import ops
-from hydroservo.block import Field
-from hydroservo.time_series import TimeSeries
+from hydroservo.core.block import Field
+from hydroservo.core.time_series import TimeSeries
 
 SLOPE = 2.5
 ROOT = np.sqrt(2.0)

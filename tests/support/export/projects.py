@@ -4,10 +4,10 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+from hydroservo.control.loop import Loop
 from hydroservo.export.c.vectors import Vectors, made_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
-from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 from tests.support.needs import needs
 

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from hydroservo import Loop, Simulation
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.engine.compiling import compiled
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
-from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.bits import bits
 from hydroservo.testing.examples import example
 from tools.targets.host import library
@@ -23,8 +23,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from hydroservo import ops
-from hydroservo.block import Field
-from hydroservo.signals import Demand, Measurement
+from hydroservo.core.block import Field
+from hydroservo.core.signals import Demand, Measurement
 
 SLOPE = 2.5
 slope = 7.5

@@ -1,7 +1,7 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field
-from hydroservo.roles import Controller, role
+from hydroservo.core.roles import Controller, role
 
 
 class State(NamedTuple):

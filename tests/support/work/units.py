@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from hydroservo.errors import HydroservoError
+from hydroservo.core.errors import HydroservoError
 from hydroservo.work.doing import do
 from hydroservo.work.store import Store
 from hydroservo.work.unit import Unit, address

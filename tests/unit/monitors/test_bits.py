@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hydroservo import monitors, replace, simulate, simulate_batch
-from hydroservo.block import Block
-from hydroservo.integrators import RK4, Rosenbrock, Tsit5
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.control.metrics import METRIC_FIELDS
+from hydroservo.core.block import Block
+from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
 from tests.support.monitors import FULL
 
 EVERY = [getattr(monitors, name)() for name in monitors.__all__]

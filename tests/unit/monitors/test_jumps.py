@@ -6,9 +6,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hydroservo.monitors import StepResponse
-from hydroservo.references import Ramp, Square
-from hydroservo.signals import Demand
+from hydroservo.control.monitors import StepResponse
+from hydroservo.control.references import Ramp, Square
+from hydroservo.core.signals import Demand
 from hydroservo.testing.examples import example
 from tests.support.monitors import DT, instant, loop_of
 

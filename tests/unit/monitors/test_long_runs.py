@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hydroservo import simulate
+from hydroservo.control.loop import Loop
+from hydroservo.control.monitors import Oscillation
 from hydroservo.linear.onset import amplified
-from hydroservo.loop import Loop
-from hydroservo.monitors import Oscillation
 from hydroservo.runs.cautions import quietly
 from tests.support.brink import at_the_brink
 

@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 import pytest
 
 from hydroservo import Loop, LoopError, ParameterError, monitors, replace, simulate
-from hydroservo.controllers import PI, TSMC
-from hydroservo.group import group
-from hydroservo.metrics import METRIC_FIELDS, declared_metrics, monitors_of, usual
-from hydroservo.monitors import ChamberPressures, Energy, RiseTime, StepResponse
-from hydroservo.monitors.group import named
-from hydroservo.plants import Cylinder
+from hydroservo.control.controllers import PI, TSMC
+from hydroservo.control.metrics import METRIC_FIELDS, declared_metrics, monitors_of, usual
+from hydroservo.control.monitors import ChamberPressures, Energy, RiseTime, StepResponse
+from hydroservo.control.monitors.group import named
+from hydroservo.core.group import group
+from hydroservo.machine.plants import Cylinder
 from hydroservo.testing.examples import example
 from tests.support.equality import assert_same_block
 from tests.support.monitors import SHORT

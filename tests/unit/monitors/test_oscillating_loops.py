@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from hydroservo import load_scenario, ops, simulate, simulate_batch
-from hydroservo.block import Block, replace
+from hydroservo.control.loop import Loop
+from hydroservo.control.references import Step
+from hydroservo.core.block import Block, replace
 from hydroservo.linear import bode
-from hydroservo.loads import Constant
-from hydroservo.loop import Loop
-from hydroservo.references import Step
+from hydroservo.machine.loads import Constant
 from tests.support.brink import at_the_brink
 
 AXIS = "examples/axis.toml"

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hydroservo.monitors import Oscillation
-from hydroservo.monitors.oscillation import OscillationValues
+from hydroservo.control.monitors import Oscillation
+from hydroservo.control.monitors.oscillation import OscillationValues
 
 DT, T = 1e-3, 3.0
 TIME = np.arange(0.0, T + 0.5 * DT, DT)

@@ -8,11 +8,11 @@ import pytest
 import xarray as xr
 
 from hydroservo import LoopError, replace, simulate, simulate_batch
-from hydroservo.block import Block, Field
-from hydroservo.monitors import ChamberPressures, Disturbance, RiseTime, StepResponse
-from hydroservo.roles import Monitor, role
+from hydroservo.control.monitors import ChamberPressures, Disturbance, RiseTime, StepResponse
+from hydroservo.core.block import Block, Field
+from hydroservo.core.roles import Monitor, role
+from hydroservo.core.signals import Demand
 from hydroservo.scenario import load_plugin
-from hydroservo.signals import Demand
 from tests.support.monitors import SHORT
 from tests.support.plugins import METRIC
 

@@ -8,14 +8,10 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.block import Block
-from hydroservo.controllers import PI, TSMC
-from hydroservo.group import group
-from hydroservo.holds import DelayedHold
-from hydroservo.integrators import RK4, Rosenbrock, Tsit5
-from hydroservo.loads import Constant, Sine
-from hydroservo.metrics import judged_by
-from hydroservo.monitors import (
+from hydroservo.control.controllers import PI, TSMC
+from hydroservo.control.holds import DelayedHold
+from hydroservo.control.metrics import judged_by
+from hydroservo.control.monitors import (
     CommandEnergy,
     Energy,
     IntegralCriteria,
@@ -24,11 +20,15 @@ from hydroservo.monitors import (
     SupplyLine,
     TrackingError,
 )
-from hydroservo.plants import Cylinder, LoadPressurePlant
-from hydroservo.references import Ramp, Square, Step
+from hydroservo.control.references import Ramp, Square, Step
+from hydroservo.core.block import Block
+from hydroservo.core.group import group
+from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
+from hydroservo.machine.loads import Constant, Sine
+from hydroservo.machine.plants import Cylinder, LoadPressurePlant
+from hydroservo.machine.supplies import PumpSupply
 from hydroservo.runs.results import metrics_of
 from hydroservo.runs.run import ready
-from hydroservo.supplies import PumpSupply
 from hydroservo.testing.examples import example
 from tests.support.monitors import FULL, SHORT, rms
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from numpy.typing import NDArray
 
-from hydroservo.monitors import RiseTime, StepResponse
+from hydroservo.control.monitors import RiseTime, StepResponse
 from tests.support.monitors import COLUMNS, DT, Floats, instant, instants, judged, trajectories
 
 

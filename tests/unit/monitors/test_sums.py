@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from hydroservo.block import Block
-from hydroservo.monitors import (
+from hydroservo.control.monitors import (
     ChamberPressures,
     CommandEffort,
     CommandEnergy,
@@ -20,6 +19,7 @@ from hydroservo.monitors import (
     SupplyLine,
     TrackingError,
 )
+from hydroservo.core.block import Block
 from tests.support.monitors import (
     COLUMNS,
     DT,

@@ -7,7 +7,7 @@ import re
 import pandas as pd
 import pytest
 
-from hydroservo.formatting import MINUS, NONE, TIMES, Scale
+from hydroservo.core.formatting import MINUS, NONE, TIMES, Scale
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Table
 from hydroservo.show.html import html_of
 from hydroservo.show.latex import SPECIAL, escaped, in_one_line, latex_of

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hydroservo.errors import HydroservoError
+from hydroservo.core.errors import HydroservoError
 from hydroservo.studies.fronts import activities_of, choose_gains, points_of
 from hydroservo.studies.trials import Rules, judged_columns
 

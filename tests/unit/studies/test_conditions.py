@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pytest
 
-from hydroservo.block import value_at
+from hydroservo.core.block import value_at
 from hydroservo.scenario.load import Assembly
 from hydroservo.studies.asked import Level, Study
 from hydroservo.studies.cells import Entrant, about_drawn, entrants_of

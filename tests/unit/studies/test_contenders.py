@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from hydroservo import ScenarioError, load_scenario
-from hydroservo.block import value_at
-from hydroservo.controllers import Inverting, ValveInversion
-from hydroservo.observers import HighGainObserver
+from hydroservo.control.controllers import Inverting, ValveInversion
+from hydroservo.control.observers import HighGainObserver
+from hydroservo.core.block import value_at
 from hydroservo.studies.cells import cells_of
 from hydroservo.studies.contenders import Contender, contender, over
 from hydroservo.studies.file import read_study

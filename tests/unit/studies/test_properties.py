@@ -6,7 +6,7 @@ import math
 import pytest
 
 from hydroservo import load_scenario
-from hydroservo.block import replace, value_at
+from hydroservo.core.block import replace, value_at
 from hydroservo.linear import Margins, margins
 from hydroservo.studies.properties import (
     ENDLESS,

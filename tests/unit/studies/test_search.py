@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hydroservo import HydroservoError, load_scenario, simulate_batch
-from hydroservo.block import replace
+from hydroservo.core.block import replace
 from hydroservo.runs.space import Space
 from hydroservo.studies import judging
 from hydroservo.studies import search as searching

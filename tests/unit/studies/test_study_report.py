@@ -9,7 +9,7 @@ import shlex
 import numpy as np
 import pytest
 
-from hydroservo.formatting import brief
+from hydroservo.core.formatting import brief
 from hydroservo.show.html import html_of
 from hydroservo.show.journal import Journal, decimal_commas
 from hydroservo.show.numbers import foreign_files

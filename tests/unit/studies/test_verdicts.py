@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.studies.trials import Rules
 from hydroservo.studies.verdicts import judged
 from tools.planted import Spreads, manifest, rows, trials, with_lost

@@ -4,11 +4,11 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from hydroservo.core.ops import basic, binary
 from hydroservo.engine import state_text
 from hydroservo.engine.llvm.values import Values, literal
 from hydroservo.language import remainders
 from hydroservo.language.terms import INT, REAL, Function, Translator, Type
-from hydroservo.ops import basic, binary
 
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
 BIASED_ROUNDER = literal(

@@ -49,7 +49,7 @@ WRITTEN = {
     numbers.MANTISSA: NONE,
     numbers.SCALED_NUMBER: Operations(additions=1, multiplications=2),
 }
-FUNCTIONS = {f"hydroservo.ops.{name}" for name in ("circular", "hyperbolic", "power")}
+FUNCTIONS = {f"hydroservo.core.ops.{name}" for name in ("circular", "hyperbolic", "power")}
 
 
 class UncountedError(Exception):

@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from hydroservo.block import Block, in_signal, nested_signal, nested_state
-from hydroservo.field import Field, declared_fields
+from hydroservo.core.block import Block, in_signal, nested_signal, nested_state
+from hydroservo.core.field import Field, declared_fields
 from hydroservo.language.terms import Record, Type
 
 Signals = Iterator[tuple[Record, Field | None]]  # what the numbers of a record are of at one of its places

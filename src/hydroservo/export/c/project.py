@@ -5,13 +5,13 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.errors import HydroservoError, LoopError
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import HydroservoError, LoopError
+from hydroservo.core.outputs import check_outputs, staged, temporary_folder, write_text
 from hydroservo.export.c.vectors import Vectors, made_vectors
 from hydroservo.export.compilers import CompilerError, compiled, compiler, ran
 from hydroservo.export.texts import rendered
 from hydroservo.export.unit import Part, Signal, Unit
-from hydroservo.loop import Loop
-from hydroservo.outputs import check_outputs, staged, temporary_folder, write_text
 
 TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 OURS = "Written by hydroservo"

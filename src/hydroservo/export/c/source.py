@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any, NamedTuple
 
-from hydroservo.block import Block, nested_signal
+from hydroservo.core.block import Block, nested_signal
+from hydroservo.core.field import Field
 from hydroservo.export.c.declared import declared_in, in_arguments, in_parameters, in_state
 from hydroservo.export.c.layout import INDENT, laid_out
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.writer import Ends, NamedConstant, Writer
 from hydroservo.export.texts import WIDTH, comment, in_comment
 from hydroservo.export.unit import Part
-from hydroservo.field import Field
 from hydroservo.language.names import identifier
 from hydroservo.language.terms import Function, Matrix, Record, Table
 

@@ -8,8 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, leaves
-from hydroservo.errors import LoopError
+from hydroservo.control.loop import Loop, LoopState
+from hydroservo.core.block import Block, leaves
+from hydroservo.core.errors import LoopError
+from hydroservo.core.signals import Demand, Measurement
 from hydroservo.export.parts import (
     Command,
     ExternalForce,
@@ -19,10 +21,8 @@ from hydroservo.export.parts import (
 )
 from hydroservo.export.unit import Part, Unit
 from hydroservo.language.names import place_in_c
-from hydroservo.loop import Loop, LoopState
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.run import Mode, plan_of, prepared, ready, studied, wanted_of
-from hydroservo.signals import Demand, Measurement
 
 STRETCHES = 10
 IN_A_ROW = 50  # samples in each stretch

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydroservo.errors import LoopError
+from hydroservo.core.errors import LoopError
+from hydroservo.core.field import Field
 from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.liveness import Needed, matters
 from hydroservo.export.texts import comment, in_comment
-from hydroservo.field import Field
 from hydroservo.language.names import identifier, numbered
 from hydroservo.language.terms import (
     BOOL,
@@ -54,7 +54,7 @@ LEVELS = {"*": PRODUCT, "/": PRODUCT, "+": SUM, "-": SUM, "&&": AND, "||": OR}
 PLAIN = {INT: "int64_t", BOOL: "bool"}
 SHORT = 2**31  # whole numbers below need no suffix, and loops up to here a short counter
 
-OPS = "hydroservo.ops"
+OPS = "hydroservo.core.ops"
 SINGLE = {
     (f"{OPS}.basic", "ROUNDER"): 12582912.0,  # 1.5 * 2^23
     (f"{OPS}.power", "LEAST_NORMAL"): 2.0**-126,
@@ -66,8 +66,8 @@ SINGLE = {
     (f"{OPS}.circular", "HALF_PI_MIDDLE"): 0.0004837512969970703,
     (f"{OPS}.circular", "HALF_PI_LOW"): 7.54978994586e-08,
     (f"{OPS}.circular", "LARGEST"): 8192.0,
-    ("hydroservo.controllers.adaptive_robust", "LEAST"): 1e-37,
-    ("hydroservo.pulls.implicit_reaching", "LEAST"): 1e-37,
+    ("hydroservo.control.controllers.adaptive_robust", "LEAST"): 1e-37,
+    ("hydroservo.control.pulls.implicit_reaching", "LEAST"): 1e-37,
 }
 
 

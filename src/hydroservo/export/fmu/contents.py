@@ -7,7 +7,7 @@ from importlib import metadata, resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.export.compilers import BITS
 from hydroservo.export.fmu.variables import Kind, base_unit, clock_after, structure_of, variables_of
 from hydroservo.export.texts import rendered

@@ -5,13 +5,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.errors import HydroservoError
+from hydroservo.core.errors import HydroservoError
+from hydroservo.core.outputs import atomic_path
 from hydroservo.export.compilers import platforms_named
 from hydroservo.export.fmu.variables import Kind, Variable, base_unit, variables_of
 from hydroservo.export.fmu.write import checked_ending, fmu_content, pack
 from hydroservo.export.texts import rendered
 from hydroservo.export.unit import FmiVersion, Part, Unit
-from hydroservo.outputs import atomic_path
 
 # Stepped one after the other in this order, each is given what the others put out at its sample.
 PARTS = (Part.CONTROLLER, Part.MACHINE, Part.DEMAND)

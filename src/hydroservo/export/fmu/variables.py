@@ -8,7 +8,7 @@ from enum import Enum
 from fractions import Fraction
 from typing import NamedTuple
 
-from hydroservo.errors import ParameterError
+from hydroservo.core.errors import ParameterError
 from hydroservo.export.unit import INTEGRATED, RATES, Part, Signal, Unit
 from hydroservo.scenario.units import factor_and_dimension
 

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.core.errors import HydroservoError, ParameterError
+from hydroservo.core.outputs import atomic_path, temporary_folder
 from hydroservo.export.compilers import (
     TOOLCHAINS,
     CompilerError,
@@ -19,7 +20,6 @@ from hydroservo.export.compilers import (
 )
 from hydroservo.export.fmu.contents import Files, fmu_files, interface_of, package
 from hydroservo.export.unit import FmiVersion, Unit
-from hydroservo.outputs import atomic_path, temporary_folder
 
 AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 TRIAL = "#include <math.h>\n#include <stdlib.h>\n"  # a compiler without its C library has neither

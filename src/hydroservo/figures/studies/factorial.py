@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
 from matplotlib.patches import Rectangle
 
+from hydroservo.core.formatting import NONE, number
 from hydroservo.figures.studies.looks import SOFT, distinct, fix_layout, ink_on
 from hydroservo.figures.style import PALETTE, Plot, figure, style
-from hydroservo.formatting import NONE, number
 
 # Source: Brewer's PuOr about a neutral 1, told apart with any common colour vision.
 RATIOS = LinearSegmentedColormap.from_list("ratios", ["#08519c", "#9ecae1", "#f7f7f7", "#fdc078", "#b35806"])

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from matplotlib.axes import Axes
 
+from hydroservo.core.formatting import NONE, number
 from hydroservo.figures.studies.looks import INK, SOFT, family_colours, fix_layout, plain_log
 from hydroservo.figures.style import PALETTE, Plot, figure, style
-from hydroservo.formatting import NONE, number
 
 LESS, MORE, TIE = PALETTE[0], PALETTE[1], "#8a939c"
 LINE = 0.19  # inch

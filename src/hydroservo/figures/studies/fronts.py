@@ -7,6 +7,7 @@ from typing import NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from hydroservo.core.formatting import quantity, readable_unit
 from hydroservo.figures.studies.looks import (
     FAMILIES,
     INK,
@@ -18,7 +19,6 @@ from hydroservo.figures.studies.looks import (
     plain_log,
 )
 from hydroservo.figures.style import Plot, figure, style
-from hydroservo.formatting import quantity, readable_unit
 
 ACROSS = 4  # panels in a row
 HEIGHT, ALONE = 1.75, 2.6  # inch, of a panel: of several rows, and of one

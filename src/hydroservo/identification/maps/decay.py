@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ScenarioError
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.formatting import MINUS, quantity
 from hydroservo.identification.log import COMMAND
 from hydroservo.identification.maps.decay_fit import (
     DecayFit,

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo._version import __version__
-from hydroservo.field import Field
-from hydroservo.formatting import counted
-from hydroservo.outputs import final_place, write_text
+from hydroservo.core.field import Field
+from hydroservo.core.formatting import counted
+from hydroservo.core.outputs import final_place, write_text
 from hydroservo.runs.provenance import origin_of_loop
 from hydroservo.runs.results import metrics_csv
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table

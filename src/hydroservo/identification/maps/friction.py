@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ScenarioError
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ScenarioError
 from hydroservo.identification.log import EXTERNAL_FORCE
 from hydroservo.identification.maps.friction_law import (
     FrictionFit,
@@ -20,8 +21,7 @@ from hydroservo.identification.maps.reading import Piston, Stretch, demand, long
 from hydroservo.identification.maps.result import Drawn, Found, Interval, curve_of
 from hydroservo.identification.regression import NORMAL, mean_of, thinned
 from hydroservo.identification.segments import Segment, Understood
-from hydroservo.loop import Loop
-from hydroservo.mechanics import ElastoPlastic, LuGre
+from hydroservo.machine.mechanics import ElastoPlastic, LuGre
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.core.formatting import MINUS, quantity
 from hydroservo.identification.maps.result import Interval
 from hydroservo.identification.regression import NORMAL
 

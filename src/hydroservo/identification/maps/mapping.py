@@ -5,9 +5,11 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from hydroservo.command_scale import VOLTS, commands_in
-from hydroservo.errors import ParameterError
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.control.loop import Loop
+from hydroservo.core.command_scale import VOLTS, commands_in
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.formatting import MINUS, quantity
+from hydroservo.core.nearest import one_of
 from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE, Given, log_mapping
 from hydroservo.identification.log_check import check_balance, check_positions, stroke_of
 from hydroservo.identification.maps.decay import decay
@@ -18,8 +20,6 @@ from hydroservo.identification.maps.result import Found, Interval, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow
 from hydroservo.identification.result import Estimate, tables_or_remark
 from hydroservo.identification.segments import Understood
-from hydroservo.loop import Loop
-from hydroservo.nearest import one_of
 from hydroservo.scenario.layers import nested
 from hydroservo.scenario.load import Assembly, assembled
 

@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ScenarioError
-from hydroservo.formatting import quantity
-from hydroservo.hooks import line_pressures
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.formatting import quantity
+from hydroservo.core.hooks import line_pressures
+from hydroservo.core.signals import Pressures
 from hydroservo.identification.log import COMMAND
 from hydroservo.identification.maps.reading import Piston, demand
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
@@ -28,9 +30,7 @@ from hydroservo.identification.maps.sweeps import (
 )
 from hydroservo.identification.regression import thinned
 from hydroservo.identification.segments import Segment, Understood
-from hydroservo.loop import Loop
-from hydroservo.signals import Pressures
-from hydroservo.valves.four_edges import FourEdges, blocked_pressure
+from hydroservo.machine.valves.four_edges import FourEdges, blocked_pressure
 
 SHARE = 0.4  # of the largest load pressure, up to which either way the gain is taken
 FEW = 100  # means of a stretch, by which it is seen to move

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ScenarioError
+from hydroservo.core.errors import ScenarioError
 from hydroservo.identification.log import SIGNALS, TIME, Given, read_logs
 from hydroservo.identification.segments import Segment, Understood, noise_of, understood
 

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.control.loop import Loop
+from hydroservo.core.formatting import MINUS, quantity
 from hydroservo.identification.maps.finding import map_finding
 from hydroservo.identification.result import on_base
-from hydroservo.loop import Loop
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.audits.facts import LoopFacts
-from hydroservo.block import replace
-from hydroservo.errors import ScenarioError
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import replace
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.formatting import MINUS, quantity
 from hydroservo.identification.maps.result import Interval, curve_of
 from hydroservo.identification.regression import Regression, mean_of, regression
-from hydroservo.loop import Loop
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,9 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ScenarioError
-from hydroservo.formatting import quantity
-from hydroservo.hooks import line_pressures
+from hydroservo.control.loop import Loop
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.formatting import quantity
+from hydroservo.core.hooks import line_pressures
+from hydroservo.core.signals import Pressures
 from hydroservo.identification.log import COMMAND
 from hydroservo.identification.maps.reading import Piston, demand, velocity_of
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
@@ -29,8 +31,6 @@ from hydroservo.identification.maps.sweeps import (
 )
 from hydroservo.identification.regression import thinned
 from hydroservo.identification.segments import Segment, Understood
-from hydroservo.loop import Loop
-from hydroservo.signals import Pressures
 
 LINEAR = (0.15, 0.85)  # of the largest flow, between which the curve is taken for a line
 LEAST_DROP = 0.05  # of half the supply's, below which none is divided by

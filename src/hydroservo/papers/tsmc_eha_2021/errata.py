@@ -47,7 +47,7 @@ ERRATA = (
         "t_f - t_0 <= ln(...)/(mu (1 + alpha))",
         "t_f - t_0 <= ln(...)/(mu (1 - alpha))",
         "integrate (8) with W = V^(1 - alpha); the printed bound is too short",
-        "hydroservo.theory.settling_bound, and printed.printed_settling_bound for the printed form",
+        "hydroservo.machine.theory.settling_bound, and printed.printed_settling_bound for the printed form",
     ),
     Erratum(
         "(13), (19)",

@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-from hydroservo.controllers.tsmc import TSMC
-from hydroservo.observers.tsm import TSMObserver
-from hydroservo.theory import Decrease, GainCondition, decrease, gain_condition
+from hydroservo.control.controllers.tsmc import TSMC
+from hydroservo.control.observers.tsm import TSMObserver
+from hydroservo.machine.theory import Decrease, GainCondition, decrease, gain_condition
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,7 +18,7 @@ def lemma_2(data: "xr.Dataset", observer: TSMObserver) -> tuple[GainCondition, G
         observer: the observer whose gains are judged; it need not be the one that ran.
 
     Source: Lemma 2 of doi:10.1007/s42401-021-00087-w.
-    Fails where :func:`~hydroservo.theory.gain_condition` does.
+    Fails where :func:`~hydroservo.machine.theory.gain_condition` does.
     """
     return (
         gain_condition(observer.switching_gain_1, data["disturbance_max_1"]),
@@ -38,7 +38,7 @@ def condition_17(data: "xr.Dataset", observer: TSMObserver, period: float) -> tu
         period: sample period T of the controller [s].
 
     Raises:
-        ParameterError: as :func:`~hydroservo.theory.decrease`.
+        ParameterError: as :func:`~hydroservo.machine.theory.decrease`.
         KeyError: a surface was not recorded.
 
     Source: eq. (17) of doi:10.1007/s42401-021-00087-w.
@@ -74,7 +74,7 @@ def condition_25(data: "xr.Dataset", controller: TSMC, dead_zone: float) -> Decr
             itself, and with it all that the realisation of sgn leaves in it.
 
     Raises:
-        ParameterError: as :func:`~hydroservo.theory.decrease`.
+        ParameterError: as :func:`~hydroservo.machine.theory.decrease`.
         KeyError: the surface was not recorded.
 
     Source: eqs. (23)-(25) of doi:10.1007/s42401-021-00087-w.

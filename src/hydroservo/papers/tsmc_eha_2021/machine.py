@@ -5,25 +5,25 @@ not give. Not all are what they seem: the return pressure and the valve's lag ar
 equation, and the switching gain D_2 is far below the disturbance that it must exceed.
 """
 
-from hydroservo.controllers.backstepping import Backstepping
-from hydroservo.controllers.pi import PI
-from hydroservo.controllers.saturation import Saturation
-from hydroservo.controllers.tsmc import TSMC
-from hydroservo.loads.constant import Constant
-from hydroservo.loads.sine import Sine as SineLoad
-from hydroservo.observers.boundary_layer import BoundaryLayer
-from hydroservo.observers.filtered_derivative import FilteredDerivative
-from hydroservo.observers.model_derivative import ModelDerivative
-from hydroservo.observers.tsm import TSMObserver
-from hydroservo.plants.design_model import DesignModel
-from hydroservo.plants.load_pressure import LoadPressurePlant
-from hydroservo.pulls.explicit_reaching import ExplicitReaching
-from hydroservo.references.sine import Sine
-from hydroservo.references.square import Square
-from hydroservo.roles import Load, Reference
-from hydroservo.supplies.ideal import IdealSupply
-from hydroservo.valves.orifice import Orifice
-from hydroservo.valves.static import StaticValve
+from hydroservo.control.controllers.backstepping import Backstepping
+from hydroservo.control.controllers.pi import PI
+from hydroservo.control.controllers.saturation import Saturation
+from hydroservo.control.controllers.tsmc import TSMC
+from hydroservo.control.observers.boundary_layer import BoundaryLayer
+from hydroservo.control.observers.filtered_derivative import FilteredDerivative
+from hydroservo.control.observers.model_derivative import ModelDerivative
+from hydroservo.control.observers.tsm import TSMObserver
+from hydroservo.control.pulls.explicit_reaching import ExplicitReaching
+from hydroservo.control.references.sine import Sine
+from hydroservo.control.references.square import Square
+from hydroservo.core.roles import Load, Reference
+from hydroservo.machine.loads.constant import Constant
+from hydroservo.machine.loads.sine import Sine as SineLoad
+from hydroservo.machine.plants.design_model import DesignModel
+from hydroservo.machine.plants.load_pressure import LoadPressurePlant
+from hydroservo.machine.supplies.ideal import IdealSupply
+from hydroservo.machine.valves.orifice import Orifice
+from hydroservo.machine.valves.static import StaticValve
 
 SOURCE = "doi:10.1007/s42401-021-00087-w, Sec. 4"
 

@@ -6,7 +6,7 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from threading import Event
 from typing import TYPE_CHECKING, NamedTuple
 
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
 from hydroservo.papers.tsmc_eha_2021.claims import (
     CLAIMS,
     CONTROLLERS,

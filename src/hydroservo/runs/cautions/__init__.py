@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, Self, TypeVar
 
-from hydroservo.errors import HydroservoWarning
+from hydroservo.core.errors import HydroservoWarning
 
 if TYPE_CHECKING:
     import xarray as xr

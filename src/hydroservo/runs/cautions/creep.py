@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.formatting import quantity
-from hydroservo.loop import Loop
-from hydroservo.mechanics import LuGre
+from hydroservo.control.loop import Loop
+from hydroservo.core.formatting import quantity
+from hydroservo.machine.mechanics import LuGre
 
 HELD = 0.95  # of what sliding takes, up to which bristles hold
 LONGEST = 5.0  # times the bristles' deflection in sliding, beyond which a motion is not their bending

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from hydroservo.formatting import MINUS, quantity
-from hydroservo.hooks import at_rest, is_valveless, line_pressures
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.formatting import MINUS, quantity
+from hydroservo.core.hooks import at_rest, is_valveless, line_pressures
+from hydroservo.core.signals import Pressures
 from hydroservo.runs.rows import demands
-from hydroservo.signals import Pressures
 
 INSTANTS = 1001  # of a run at which its demand is looked at
 ROUNDED = 1e-9  # of an instant, by which it counts as reached

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from hydroservo.block import Block, is_block
-from hydroservo.errors import ParameterError, one_line
-from hydroservo.loop import Loop
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Block, is_block
+from hydroservo.core.errors import ParameterError, one_line
 from hydroservo.runs.cautions.creep import creep_caution
 from hydroservo.runs.cautions.demands import command_caution, demand_caution, late_caution
 from hydroservo.runs.cautions.mismatches import mismatch_cautions

@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from hydroservo.block import Block, field_at, is_block, leaves
-from hydroservo.drives import Hoses
-from hydroservo.formatting import quantity
-from hydroservo.hooks import drives_in, is_valveless, line_pressures
-from hydroservo.loop import Loop
-from hydroservo.valves import StraightEdges
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Block, field_at, is_block, leaves
+from hydroservo.core.formatting import quantity
+from hydroservo.core.hooks import drives_in, is_valveless, line_pressures
+from hydroservo.machine.drives import Hoses
+from hydroservo.machine.valves import StraightEdges
 
 HEAVY = 0.5  # of the moving mass, up to which the oil before the piston is left out
 WITHOUT_MASS = "has no mass in Hoses, so that peaks and resonances come out wrong; use Lines"

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.constants import ATMOSPHERE
+from hydroservo.core.constants import ATMOSPHERE
 
 
 def pressure_caution(data: Mapping[Any, Any]) -> str:

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydroservo import loads, references
-from hydroservo.block import Block, is_block
-from hydroservo.errors import ParameterError, short
-from hydroservo.loop import Loop
-from hydroservo.time_series import TimeSeries
+from hydroservo.control import references
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import Block, is_block
+from hydroservo.core.errors import ParameterError, short
+from hydroservo.core.time_series import TimeSeries
+from hydroservo.machine import loads
 
 SAMPLED = 30  # samples; a record of fewer is taken as drawn by hand
 HOLE = 10.0  # times the step that nine in ten steps of a sampled record do not exceed

@@ -1,7 +1,7 @@
 """Whether the sizes of a machine are those of machines."""
 
-from hydroservo.block import Block, field_at, leaves
-from hydroservo.formatting import quantity
+from hydroservo.core.block import Block, field_at, leaves
+from hydroservo.core.formatting import quantity
 
 AREAS, MODULI = (1e-6, 5.0), (1e6, 1e11)  # [m^2], [Pa]
 MACHINE = ("plant.", "valve.", "supply.", "drive.")

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.formatting import quantity
+from hydroservo.core.formatting import quantity
 
 COMMAND = "controller.u"
 NEEDED = (COMMAND, "control_total_variation", "control_rms", "control_max")

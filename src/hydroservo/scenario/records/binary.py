@@ -15,9 +15,9 @@ import numpy as np
 from numpy.lib.format import read_array
 from numpy.typing import NDArray
 
-from hydroservo.errors import HydroservoError, ScenarioError, require
-from hydroservo.inputs import check_regular
-from hydroservo.outputs import temporary_folder
+from hydroservo.core.errors import HydroservoError, ScenarioError, require
+from hydroservo.core.inputs import check_regular
+from hydroservo.core.outputs import temporary_folder
 from hydroservo.scenario.records.columns import TIME, Choose, Column, Header, Record, Samples, header_of
 
 TABLE_PROCESS = Path(__file__).with_name("table_process.py")

@@ -8,7 +8,7 @@ from contextlib import suppress
 from datetime import datetime
 from io import StringIO
 
-from hydroservo.errors import ScenarioError, short
+from hydroservo.core.errors import ScenarioError, short
 
 LONGEST_LINE = 1 << 16  # characters
 COMMA = ","

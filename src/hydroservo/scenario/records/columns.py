@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ScenarioError, short
-from hydroservo.field import Field
-from hydroservo.nearest import nearest, one_of
+from hydroservo.core.errors import ScenarioError, short
+from hydroservo.core.field import Field
+from hydroservo.core.nearest import nearest, one_of
 from hydroservo.scenario.quantities import number_and_unit, si_value, unit_factor
 from hydroservo.scenario.units import OffsetUnitError, factor_and_dimension
 

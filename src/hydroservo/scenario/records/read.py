@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydroservo.errors import ScenarioError, short
-from hydroservo.inputs import exists, read_record_text
+from hydroservo.core.errors import ScenarioError, short
+from hydroservo.core.inputs import exists, read_record_text
 from hydroservo.scenario.records.binary import BINARY, read_binary_columns
 from hydroservo.scenario.records.cells import (
     BLANKS,

@@ -7,9 +7,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
-from hydroservo.field import Field
-from hydroservo.inputs import exists
+from hydroservo.core.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
+from hydroservo.core.field import Field
+from hydroservo.core.inputs import exists
+from hydroservo.core.time_series import TimeSeries
 from hydroservo.runs.cautions.records import remember_source
 from hydroservo.scenario.quantities import si_value, unit_factor
 from hydroservo.scenario.records.columns import (
@@ -26,7 +27,6 @@ from hydroservo.scenario.records.columns import (
 )
 from hydroservo.scenario.records.read import read_columns
 from hydroservo.scenario.tables import Table
-from hydroservo.time_series import TimeSeries
 
 VALUE = "value"
 KEYS = ("file", "column", "scale", "offset")

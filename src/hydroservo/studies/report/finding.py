@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from hydroservo.formatting import number
+from hydroservo.core.formatting import number
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
 from hydroservo.studies.cell_verdict import CellVerdict
 from hydroservo.studies.report.findings import Findings, findings, of_fronts

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from hydroservo.core.formatting import number
 from hydroservo.figures.studies.grid import Axis, Grid, Level
-from hydroservo.formatting import number
 from hydroservo.studies.pairs import Ratio, over_cells
 from hydroservo.studies.standing import Standing
 from hydroservo.studies.trials import Rules

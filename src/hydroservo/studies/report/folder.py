@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo._version import __version__
-from hydroservo.outputs import staged, write_text
+from hydroservo.core.outputs import staged, write_text
 from hydroservo.show import Cell, Picture, Table
 from hydroservo.show.journal import NO_JOURNAL, Journal, with_decimal_commas
 from hydroservo.show.numbers import METRICS, as_json, write_metrics

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 from statistics import fmean
 
-from hydroservo.formatting import number
+from hydroservo.core.formatting import number
 from hydroservo.studies.pairs import Ratio
 from hydroservo.studies.pareto import STILL
 from hydroservo.studies.report.findings import Findings, level_text, sure

@@ -4,14 +4,14 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from hydroservo import states
+from hydroservo.core import states
+from hydroservo.core.ops import basic, binary, random
 from hydroservo.engine import state_text
 from hydroservo.export import parts
 from hydroservo.export.c.primitives import numbers
 from hydroservo.export.c.primitives.states import drawn, factored, infinite, solved
 from hydroservo.language import remainders
 from hydroservo.language.terms import Function, Translator, Type
-from hydroservo.ops import basic, binary, random
 
 # What a Python function becomes: the same for all arguments, or made for their types.
 NUMBERS = {

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 
-from hydroservo import states
+from hydroservo.core import states
+from hydroservo.core.ops import random
 from hydroservo.engine.state_text import record_of
 from hydroservo.export.c.writer import Writer
 from hydroservo.language.names import identifier
 from hydroservo.language.scope import TranslationError
 from hydroservo.language.terms import BOOL, REAL, Function, Known, Matrix, Record, Translator, Type
-from hydroservo.ops import random
 
 FACTORED = """\
 /* The matrix 1/h - J from forward differences, split into triangles; its diagonal holds reciprocals. */

@@ -2,13 +2,13 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo.block import Block, Field
-from hydroservo.controlled.velocity import Velocity
-from hydroservo.controllers.saturation import Saturation
+from hydroservo.control.controlled.velocity import Velocity
+from hydroservo.control.controllers.saturation import Saturation
+from hydroservo.core.block import Block, Field
+from hydroservo.core.roles import Controller, Differentiator, controlling, role
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.plants.design_model import DesignModel
 from hydroservo.papers.tsmc_eha_2021.machine import BACKSTEPPING, COMMAND_LIMIT, MODEL, SOURCE
-from hydroservo.plants.design_model import DesignModel
-from hydroservo.roles import Controller, Differentiator, controlling, role
-from hydroservo.signals import Demand, Measurement
 
 
 class PrintedBacksteppingState(NamedTuple):
@@ -32,7 +32,7 @@ class PrintedBackstepping(NamedTuple):
         u     = (-k2 z2 - f2 - g1 z1 + dzeta1/dt)/g2
 
     y_d is the integral of the demand, so that a velocity follows a position; f1 has the wrong sign.
-    :class:`~hydroservo.controllers.Backstepping` mends both. dzeta1/dt comes from the nested block.
+    :class:`~hydroservo.control.controllers.Backstepping` mends both. dzeta1/dt comes from the nested block.
 
     Source: eq. (26) of doi:10.1007/s42401-021-00087-w.
     Fails to track: z1 is the difference of a velocity and a position.

@@ -2,14 +2,14 @@
 
 from typing import Any
 
-from hydroservo.block import replace, value_at
-from hydroservo.controllers.backstepping import Backstepping
-from hydroservo.controllers.tsmc import TSMC
-from hydroservo.loop import Loop
+from hydroservo.control.controllers.backstepping import Backstepping
+from hydroservo.control.controllers.tsmc import TSMC
+from hydroservo.control.loop import Loop
+from hydroservo.core.block import replace, value_at
+from hydroservo.machine.plants.design_model import DesignModel
+from hydroservo.machine.theory import settling_bound
 from hydroservo.papers.tsmc_eha_2021.printed.backstepping import PrintedBackstepping
 from hydroservo.papers.tsmc_eha_2021.printed.tsmc import PrintedTSMC
-from hydroservo.plants.design_model import DesignModel
-from hydroservo.theory import settling_bound
 
 LAWS: dict[type, Any] = {Backstepping: PrintedBackstepping, TSMC: PrintedTSMC}  # PI is as printed
 
@@ -54,7 +54,7 @@ def printed_leakage(loop: Loop) -> Loop:
     The units do not match, and next to no damping is left.
 
     Args:
-        loop: its plant is a :class:`~hydroservo.plants.LoadPressurePlant`.
+        loop: its plant is a :class:`~hydroservo.machine.plants.LoadPressurePlant`.
 
     Source: eqs. (5), (7) and (26) of doi:10.1007/s42401-021-00087-w.
     """

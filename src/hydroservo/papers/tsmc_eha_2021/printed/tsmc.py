@@ -2,15 +2,15 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo import ops
-from hydroservo.block import Field
-from hydroservo.controlled.velocity import Velocity
-from hydroservo.controllers.saturation import Saturation
-from hydroservo.controllers.tsmc import TSMCState
+from hydroservo.control.controlled.velocity import Velocity
+from hydroservo.control.controllers.saturation import Saturation
+from hydroservo.control.controllers.tsmc import TSMCState
+from hydroservo.core import ops
+from hydroservo.core.block import Field
+from hydroservo.core.roles import Controller, Differentiator, Observer, controlling, role
+from hydroservo.core.signals import Demand, Measurement
+from hydroservo.machine.plants.design_model import DesignModel
 from hydroservo.papers.tsmc_eha_2021.machine import COMMAND_LIMIT, MODEL, OBSERVER, SOURCE, TERMINAL
-from hydroservo.plants.design_model import DesignModel
-from hydroservo.roles import Controller, Differentiator, Observer, controlling, role
-from hydroservo.signals import Demand, Measurement
 
 
 @role(Controller)
@@ -27,7 +27,8 @@ class PrintedTSMC(NamedTuple):
                               + mu1 dxi1 + delta1 d(s1^a1)/dt + mu2 xi2 + delta2 xi2^a2 ]
 
     u has d1 where its derivative is meant, the second derivative of y_d for the third, and s1 for xi1 under
-    the last derivative, which comes from the nested block. :class:`~hydroservo.controllers.TSMC` mends them.
+    the last derivative, which comes from the nested block. :class:`~hydroservo.control.controllers.TSMC`
+    mends them.
 
     Source: eqs. (19)-(22) of doi:10.1007/s42401-021-00087-w, in the text as it reached us.
     Fails where ``TSMC`` does. The study of the paper shows what its wrong terms cost under each condition:

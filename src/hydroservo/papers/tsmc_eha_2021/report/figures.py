@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from hydroservo.control.metrics import METRIC_FIELDS
+from hydroservo.core.formatting import measured, number, quantity
 from hydroservo.figures import panels
 from hydroservo.figures.panels import Curve, Panel, Samples, Trace, Window, panel_figure, trace_of
 from hydroservo.figures.style import COLOURS, Plot, style
-from hydroservo.formatting import measured, number, quantity
-from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import CONTROLLERS, outcome
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, DURATION, PERIOD
 from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, Trajectories

@@ -4,9 +4,9 @@ import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.formatting import quantity
-from hydroservo.metrics import METRIC_FIELDS
-from hydroservo.outputs import staged, write_text
+from hydroservo.control.metrics import METRIC_FIELDS
+from hydroservo.core.formatting import quantity
+from hydroservo.core.outputs import staged, write_text
 from hydroservo.papers import tsmc_eha_2021 as paper
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, CONTROLLERS, DEMANDS, LITERAL, REPRODUCED, STEP
 from hydroservo.papers.tsmc_eha_2021.errata import ERRATA

@@ -6,7 +6,7 @@ from typing import Any
 
 import xarray as xr
 
-from hydroservo.formatting import MINUS, NONE
+from hydroservo.core.formatting import MINUS, NONE
 from hydroservo.papers.tsmc_eha_2021.claims import Condition, Run
 
 SIGNS = {"+-": "±", "<=": "≤", "-Delta": f"{MINUS}Δ", "Delta": "Δ", "m/s^2": "m/s²"}

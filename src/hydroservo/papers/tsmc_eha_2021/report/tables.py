@@ -6,9 +6,9 @@ from itertools import product
 from typing import Any
 
 from hydroservo import show
-from hydroservo.field import Field
-from hydroservo.formatting import column, measured, number, quantity, yes_or_no
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.control.metrics import METRIC_FIELDS
+from hydroservo.core.field import Field
+from hydroservo.core.formatting import column, measured, number, quantity, yes_or_no
 from hydroservo.papers.tsmc_eha_2021.claims import (
     CLAIMS,
     CONTROLLERS,

@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydroservo.controllers.tsmc import TSMC
-from hydroservo.formatting import NONE, number, quantity
-from hydroservo.observers.tsm import TSMObserver
+from hydroservo.control.controllers.tsmc import TSMC
+from hydroservo.control.observers.tsm import TSMObserver
+from hydroservo.core.formatting import NONE, number, quantity
+from hydroservo.machine.theory import settling_bound
 from hydroservo.papers.tsmc_eha_2021.claims import CONVERGED, DEMANDS, SURFACE_GAIN
 from hydroservo.papers.tsmc_eha_2021.lemmas import condition_17, condition_25, lemma_2
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, OBSERVER, TERMINAL
@@ -16,7 +17,6 @@ from hydroservo.papers.tsmc_eha_2021.printed import printed_settling_bound
 from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories
 from hydroservo.papers.tsmc_eha_2021.report.tables import Table
 from hydroservo.runs.results import scenario_of
-from hydroservo.theory import settling_bound
 
 LEAST_XI2 = CONVERGED * SURFACE_GAIN * AMPLITUDE  # [m/s^2] below it the claims count xi2 as converged
 

@@ -1,0 +1,1 @@
+"""What closes the loop: laws, observers, demands, monitors, and the loop itself."""

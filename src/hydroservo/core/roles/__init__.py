@@ -1,0 +1,97 @@
+"""The roles that a block can play: what each must be able to do.
+
+A block says its role above its class::
+
+    @role(Controller)
+    class Proportional(NamedTuple): ...
+
+A role is a Protocol: the methods that its blocks have, with as many arguments. What a block may have besides
+is in :mod:`hydroservo.core.hooks`.
+"""
+
+from hydroservo.core.roles.blocks import Block
+from hydroservo.core.roles.laws import (
+    Basis,
+    Controller,
+    Differentiator,
+    Filter,
+    Limiter,
+    Model,
+    Observer,
+    Pull,
+    Reaching,
+    Realisation,
+)
+from hydroservo.core.roles.loops import ControlledSignal, Hold, Integrator, Monitor, Reference, Start
+from hydroservo.core.roles.machine import (
+    Accumulator,
+    Carried,
+    CheckFlow,
+    Drive,
+    EdgeShape,
+    EndStops,
+    Friction,
+    Load,
+    Mechanism,
+    MeteringEdges,
+    Oil,
+    Plant,
+    Poppet,
+    Relief,
+    Supply,
+    Valve,
+)
+from hydroservo.core.roles.saying import at_samples, controlling, role, valveless, without_estimates
+from hydroservo.core.roles.sensing import (
+    ForceSensor,
+    PositionSensor,
+    PressureSensor,
+    Sensors,
+    VelocityEstimator,
+)
+
+__all__ = [
+    "Accumulator",
+    "Basis",
+    "Block",
+    "Carried",
+    "CheckFlow",
+    "ControlledSignal",
+    "Controller",
+    "Differentiator",
+    "Drive",
+    "EdgeShape",
+    "EndStops",
+    "Filter",
+    "ForceSensor",
+    "Friction",
+    "Hold",
+    "Integrator",
+    "Limiter",
+    "Load",
+    "Mechanism",
+    "MeteringEdges",
+    "Model",
+    "Monitor",
+    "Observer",
+    "Oil",
+    "Plant",
+    "Poppet",
+    "PositionSensor",
+    "PressureSensor",
+    "Pull",
+    "Reaching",
+    "Realisation",
+    "Reference",
+    "Relief",
+    "Sensors",
+    "Start",
+    "Supply",
+    "Valve",
+    "VelocityEstimator",
+    "at_samples",
+    "controlling",
+    "role",
+    "valveless",
+    "without_estimates",
+]

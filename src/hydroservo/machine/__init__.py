@@ -1,0 +1,1 @@
+"""The machine: plants, valves, drives, loads, sensors, and what integrates them."""

@@ -1,5 +1,0 @@
-"""A curve over time, which a recorded signal is."""
-
-from hydroservo.curve import Curve
-
-TimeSeries = Curve  # over [s], as a Field is that says nothing else
