@@ -8,6 +8,7 @@ import shlex
 import shutil
 import subprocess
 from collections.abc import Iterable, Mapping, Sequence
+from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -38,6 +39,7 @@ __all__ = [
     "sweeps",
     "table",
     "terminal",
+    "walk",
 ]
 
 
@@ -206,3 +208,34 @@ def sweeps(
         grid[0, 0].margins(x=0.03)
         fig.align_ylabels(grid[:, 0])
     return fig
+
+
+def walk(start: str, *steps: tuple[str, str, str]) -> Figure:
+    """A chain of boxes: each step is a function of the package, what it does, and what it makes."""
+    count = len(steps)
+    with style():
+        fig = figure(height=0.25 + 0.42 * (count + 1))
+        axis = fig.subplots()
+        axis.set(xlim=(0.0, 10.0), ylim=(-count - 0.5, 0.5))
+        axis.set_axis_off()
+        box = {"boxstyle": "round,pad=0.35", "facecolor": "white", "edgecolor": "0.4"}
+        for i, made in enumerate([start, *(made for *_, made in steps)]):
+            axis.text(2.0, -i, made, ha="center", va="center", bbox=box)
+        for i, (path, meaning, _) in enumerate(steps):
+            axis.annotate(
+                "", (2.0, -i - 0.72), (2.0, -i - 0.28), arrowprops={"arrowstyle": "->", "color": "0.4"}
+            )
+            axis.text(4.4, -i - 0.42, file_of(path), family="monospace", size="small", va="center")
+            axis.text(4.4, -i - 0.72, meaning, size="small", color="0.4", va="center")
+    return fig
+
+
+def file_of(path: str) -> str:
+    """The file and the name of a function that there must be, such as ``runs.run.prepare``."""
+    module, _, name = path.rpartition(".")
+    owner = ""
+    if module.rpartition(".")[2][0].isupper():
+        module, _, owner = module.rpartition(".")
+    found = import_module(f"hydroservo.{module}")
+    getattr(getattr(found, owner) if owner else found, name)
+    return f"{module.replace('.', '/')}.py: {owner}{'.' * bool(owner)}{name}"
