@@ -45,6 +45,7 @@ from hydroservo.runs.conditions import differences as differences
 from hydroservo.runs.conditions import winners as winners
 from hydroservo.runs.results import metrics_of as metrics_of
 from hydroservo.runs.results import save as save
+from hydroservo.runs.run import prepare_run as prepare_run
 from hydroservo.runs.run import simulate as simulate
 from hydroservo.scenario import load_scenario as load_scenario
 from hydroservo.scenario import scenarios as scenarios

@@ -185,14 +185,14 @@ def drawn(name: str, runs: int) -> tuple[Loop, dict[str, np.ndarray]]:
 @pytest.mark.parametrize("name", ["axis/position", "axis/crane"])
 def test_a_machine_of_many_settles_with_the_bits_that_it_has_alone(name: str) -> None:
     loop, columns = drawn(name, 8)
-    prepared = prepare(loop)
-    found = starts(prepared.asked, columns)
+    asked, _ = prepare(loop)
+    found = starts(asked, columns)
     for run in range(8):
         alone = ready(replace(loop, {path: float(row[run]) for path, row in columns.items()}))
         assert {f"start.given.{path}": value for path, value in leaves(alone.start.given)} == {
             path: row[run] for path, row in found.items()
         }
-    part = starts(prepared.asked, {path: row[5:] for path, row in columns.items()})
+    part = starts(asked, {path: row[5:] for path, row in columns.items()})
     assert all(np.array_equal(part[path], row[5:]) for path, row in found.items())
 
 

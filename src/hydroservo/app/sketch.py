@@ -3,14 +3,10 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from hydroservo.control.loop import AUTO, Loop
-from hydroservo.control.metrics import monitors_of, values_of
-from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.run import Mode, complete, lost, paths_of, plan_of, ready, run
+from hydroservo.runs.run import Mode, prepared_run
 from hydroservo.runs.step_sizes import with_substeps
-from hydroservo.runs.trace import Trace, dataset
+from hydroservo.runs.trace import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,14 +20,7 @@ def sketched_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -
         substeps: those of the last whole run, for a loop whose substeps are automatic.
         progress: called with the fraction done.
     """
-    automatic = loop.simulation.substeps == AUTO
-    asked = complete(loop)
-    loop = ready(with_substeps(asked, substeps) if automatic else asked)
-    state, watching = first_state(loop), monitors_of(loop)
-    wanted = paths_of(loop, state)
-    plan = plan_of(loop, state, wanted)
-    out = np.full((plan.rows, len(plan.paths)), np.nan)
-    with compilation(loop):
-        states, loss = run(loop, state, plan, out, Mode(compiled=True, strict=False), progress)
-    values = values_of(watching, states, lost(loss))
-    return dataset(Trace(asked, loop, plan, wanted, out, values, {"diverged_by": loss.path}))
+    run = prepared_run(loop, None, Mode(compiled=True, strict=False))
+    if loop.simulation.substeps == AUTO:
+        run = run._replace(loop=with_substeps(run.loop, substeps))
+    return dataset(run.trace(progress))

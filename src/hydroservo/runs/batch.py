@@ -25,17 +25,7 @@ from hydroservo.runs.finishing import Finish, finisher
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.foreign_batch import foreign_batch
 from hydroservo.runs.provenance import provenance
-from hydroservo.runs.run import (
-    Prepared,
-    Progress,
-    lost,
-    plan_of,
-    prepare,
-    simulate,
-    studied,
-    wanted_of,
-    with_metrics,
-)
+from hydroservo.runs.run import Progress, lost, plan_of, prepare, simulate, studied, wanted_of, with_metrics
 from hydroservo.runs.step_sizes import hardest, judged_by_rate, warning
 from hydroservo.runs.trace import described, judged
 from hydroservo.work.cores import checked_count
@@ -120,13 +110,12 @@ def simulate_batch(
             signal of which the runs see nothing, or no device.
         LoopError: a block that does not fit the loop.
     """
-    prepared = prepare(with_metrics(checked_loop(loop), metrics))
-    given, loop = prepared
+    given, loop = prepare(with_metrics(checked_loop(loop), metrics))
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
     how = How(strict, checked_count(threads, "threads"), cuda, progress or (lambda _: None))
     if is_foreign(loop):
-        return with_warning(alone(prepared, columns, how), [*recorded, *loop_cautions(loop)])
+        return with_warning(alone(given, loop, columns, how), [*recorded, *loop_cautions(loop)])
     started = columns | starts(given, columns)
     state = first_state(loop)
     loop, said = with_steps(loop, hardest(loop, [started]), strict)
@@ -143,11 +132,10 @@ def simulate_part(loop: Loop, parameters: Mapping[str, ArrayLike], first: int, h
         first: the number of the first of them.
         how: they are computed.
     """
-    prepared = prepare(loop)
-    given, loop = prepared
+    given, loop = prepare(loop)
     columns = checked_columns(loop, parameters, first)
     if is_foreign(loop):
-        data = alone(prepared, columns, how)
+        data = alone(given, loop, columns, how)
     else:
         started = columns | starts(given, columns, first)
         data = computed(loop, first_state(loop), columns, started, how)
@@ -155,10 +143,9 @@ def simulate_part(loop: Loop, parameters: Mapping[str, ArrayLike], first: int, h
     return data.assign_coords(run=np.arange(first, first + data.sizes["run"]))
 
 
-def alone(prepared: Prepared, columns: Columns, how: How) -> "xr.Dataset":
+def alone(given: Loop, loop: Loop, columns: Columns, how: How) -> "xr.Dataset":
     """The table of runs with an FMU, each as :func:`~hydroservo.simulate` has it."""
     one = partial(quietly(simulate), record=())
-    given, loop = prepared
     found = foreign_batch(given, columns, one, how.cuda, how.progress)
     return dataset(loop, columns, *found).assign_attrs(provenance(loop, given))
 

@@ -1,6 +1,7 @@
 """One loop in, one trajectory out."""
 
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,22 +13,29 @@ from hydroservo.control.metrics import Divergence, monitors_of, signals_of, valu
 from hydroservo.control.monitors.group import Usual
 from hydroservo.control.monitors.group import named as named_monitors
 from hydroservo.control.wiring import believed, wired, with_signal
-from hydroservo.core.block import Block, leaves, state_field_at, value_at, values
-from hydroservo.core.errors import LoopError, ParameterError
+from hydroservo.core.block import Block, leaves, replace, state_field_at, value_at, values
+from hydroservo.core.errors import HydroservoWarning, LoopError, ParameterError
 from hydroservo.core.field import Field
 from hydroservo.core.group import group
 from hydroservo.core.hooks import designed, resting
 from hydroservo.core.validation import checked
 from hydroservo.cosimulation import ForeignLoad, coupled, first_force, is_foreign
 from hydroservo.machine.starts import AsBuilt
-from hydroservo.runs.arguments import as_list, checked_loop
-from hydroservo.runs.cautions import warns, with_warning
+from hydroservo.runs.arguments import as_list, checked_loop, checked_mapping
+from hydroservo.runs.cautions import warnings_of, warns, with_warning
 from hydroservo.runs.cautions.every import loop_cautions, run_cautions
 from hydroservo.runs.cautions.records import check_records
+from hydroservo.runs.columns import column
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.steady import check_given, started
-from hydroservo.runs.step_sizes import check_substeps, checked_steps, machine_paths, with_exact_delay
+from hydroservo.runs.step_sizes import (
+    check_substeps,
+    checked_steps,
+    machine_paths,
+    with_exact_delay,
+    with_substeps,
+)
 from hydroservo.runs.trace import Plan, Trace, dataset
 from hydroservo.work.notebook_bar import shows_progress
 
@@ -99,21 +107,80 @@ def simulate(
 
 def traced(loop: Loop, record: Sequence[str] | None, mode: Mode, progress: Progress | None) -> Trace:
     """What :func:`simulate` makes a Dataset of, with its warning; nothing says it aloud."""
-    asked, loop = prepare(loop)
-    recorded = check_records(loop)
-    state, watching = first_state(loop), monitors_of(loop)
+    run = prepared_run(loop, record, mode)
+    loop, recorded = run.loop, check_records(run.loop)
+    trace = checked_steps(loop, lambda stepped: run._replace(loop=stepped).trace(progress))
+    return with_warning(trace, [*recorded, *loop_cautions(loop), *run_cautions(loop, trace)])
+
+
+class PreparedRun(NamedTuple):
+    """A run of a loop that fits together, and how it is kept; :func:`prepare_run` has what a user needs."""
+
+    given: Loop
+    asked: Loop  # that, complete
+    loop: Loop  # that, ready
+    state: Block  # in which it begins
+    plan: Plan
+    wanted: Sequence[str]  # paths of the plan which a user asked for
+    mode: Mode
+
+    def __call__(self, parameters: Mapping[str, float]) -> Trace:
+        """A run with other numbers, in SI units by path, as of :func:`~hydroservo.simulate_batch`.
+
+        Returns:
+            Arrays over ``time`` by recorded path and metrics by name, as in the Dataset of a run.
+
+        Raises:
+            ParameterError: an unknown path, a value out of its range, or numbers that do not go together.
+        """
+        for path, value in checked_mapping("parameters", parameters, "paths to numbers").items():
+            column(self.asked, path, [value])
+        asked, loop = prepare(replace(self.given, parameters))
+        return self._replace(asked=asked, loop=loop, state=first_state(loop)).trace()
+
+    def trace(self, progress: Progress | None = None) -> Trace:
+        """The run; nothing judges its steps."""
+        out = np.full((self.plan.rows, len(self.plan.paths)), np.nan)
+        with compilation(self.loop):
+            states, loss = run(self.loop, self.state, self.plan, out, self.mode, progress)
+        values = values_of(monitors_of(self.loop), states, lost(loss))
+        return Trace(self.asked, self.loop, self.plan, self.wanted, out, values, {"diverged_by": loss.path})
+
+
+def prepared_run(loop: Loop, record: Sequence[str] | None, mode: Mode) -> PreparedRun:
+    """A run of a loop, checked and designed."""
+    given, (asked, loop) = loop, prepare(loop)
+    state = first_state(loop)
     wanted = paths_of(loop, state) if record is None else tuple(as_list("record", record, "paths"))
     plan = plan_of(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
+    return PreparedRun(given, asked, loop, state, plan, wanted, mode)
 
-    def one(loop: Loop) -> Trace:
-        out = np.full((plan.rows, len(plan.paths)), np.nan)
-        with compilation(loop):
-            states, loss = run(loop, state, plan, out, mode, progress)
-        values = values_of(watching, states, lost(loss))
-        return Trace(asked, loop, plan, wanted, out, values, {"diverged_by": loss.path})
 
-    trace = checked_steps(loop, one)
-    return with_warning(trace, [*recorded, *loop_cautions(loop), *run_cautions(loop, trace)])
+def prepare_run(
+    loop: Loop,
+    *,
+    record: Sequence[str] | None = None,
+    metrics: "Mapping[str, Block] | Sequence[Block] | None" = None,
+    strict: bool = False,
+) -> PreparedRun:
+    """A loop to be run again and again with other numbers, by a slider or a search::
+
+        run = hs.prepare_run(loop, record=["plant.velocity"])
+        for mass in (5.0, 6.0):
+            trace = run({"plant.mass": mass})
+            trace["time"], trace["plant.velocity"], trace["rms_error"]
+
+    Each run has the bits of ``simulate`` of the loop with these numbers, which are checked. What is said of
+    steps, and of all else that is doubtful, is said here of the loop as it is given; automatic substeps are
+    those that it takes.
+
+    Arguments, warnings and refusals are those of :func:`simulate`.
+    """
+    loop, mode = with_metrics(checked_loop(loop), metrics), Mode(compiled=True, strict=strict)
+    judged = traced(loop, record, mode, None)
+    for line in warnings_of(judged):
+        warnings.warn(line, HydroservoWarning, stacklevel=2)
+    return prepared_run(with_substeps(loop, judged.loop.simulation.substeps), record, mode)
 
 
 def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | None") -> Loop:
@@ -128,28 +195,19 @@ def complete(loop: Loop) -> Loop:
     return wired(loop)
 
 
-class Prepared(NamedTuple):
-    """A loop that can be run; only :func:`prepare` makes one, so that it is checked and designed once.
+def prepare(loop: Loop) -> tuple[Loop, Loop]:
+    """The loop complete, by which its results are named, and that ready.
 
-    Attributes:
-        asked: the loop complete, by which its results are named.
-        loop: that, its plant at rest, its start found and its controller designed.
+    Its plant is at rest then, its start found and its controller designed.
     """
-
-    asked: Loop
-    loop: Loop
-
-
-def prepare(loop: Loop) -> Prepared:
-    """The loop checked, wired and designed for a run."""
     asked = complete(loop)
     loop = with_exact_delay(asked)
-    return Prepared(asked, started(resting(with_first_force(loop))._replace(controller=designed_law(loop))))
+    return asked, started(resting(with_first_force(loop))._replace(controller=designed_law(loop)))
 
 
 def ready(loop: Loop) -> Loop:
-    """The loop of :func:`prepare`."""
-    return prepare(loop).loop
+    """The second loop of :func:`prepare`."""
+    return prepare(loop)[1]
 
 
 def designed_law(loop: Loop) -> Block:
