@@ -32,7 +32,7 @@ from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.scenario.ranges import as_entries, both_ends
 from hydroservo.scenario.sampling import Variation, variations
 from hydroservo.scenario.tables import Entry
-from hydroservo.work.cores import checked_count
+from hydroservo.work.cores import checked_count, single_threaded_algebra
 from hydroservo.work.notebook_bar import shows_progress
 
 LARGEST_SEED = 2**53 - 1
@@ -41,6 +41,7 @@ LATE = Field("s", "by which what is measured comes after the command")
 STROKE = "plant.stroke"
 
 
+@single_threaded_algebra()
 @shows_progress
 def identify(
     source: str | Path,

@@ -34,6 +34,7 @@ from hydroservo.linear.view import View, viewed
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import warnings_of, with_warning
 from hydroservo.runs.provenance import provenance
+from hydroservo.work.cores import single_threaded_algebra
 from hydroservo.work.notebook_bar import shows_progress
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ MEANINGS = {
 }
 
 
+@single_threaded_algebra()
 @shows_progress
 def bode(
     loop: Loop,

@@ -24,9 +24,11 @@ from hydroservo.runs.tuning import Progress, searched
 from hydroservo.scenario.layers import nested
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.task import Task, task_of, task_of_aim
+from hydroservo.work.cores import single_threaded_algebra
 from hydroservo.work.notebook_bar import shows_progress
 
 
+@single_threaded_algebra()
 @shows_progress
 def tune(
     aim: Aim | str | Path | Sequence[str | Path],
@@ -114,7 +116,7 @@ def tune(
         task = task_of(sources(aim), asked, parts | length, changes, plugins or ())
     found = best_values(task, threads, progress)
     for line in dict.fromkeys(line for table in found.tables for line in warnings_of(table)):
-        warnings.warn(line, HydroservoWarning, stacklevel=3)  # past the decorator
+        warnings.warn(line, HydroservoWarning, stacklevel=4)  # past the decorators
     return found
 
 
