@@ -8,6 +8,7 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.linear.bounds import Bounds, LoopGuard
+from hydroservo.linear.duals import dual_twins
 from hydroservo.linear.margins import margins
 from hydroservo.linear.places import places_of
 from hydroservo.runs.tuned_finding import tuned_finding
@@ -35,6 +36,17 @@ def test_places_give_the_margins_of_a_loop_with_other_gains() -> None:
     assert reserve.gain_margin == pytest.approx(truth.gain_margin, rel=0.01)
     assert reserve.phase_margin == pytest.approx(truth.phase_margin, rel=0.01)
     assert reserve.sensitivity_peak == pytest.approx(truth.sensitivity_peak, rel=0.01)
+
+
+def test_laws_with_other_numbers_need_no_other_twins() -> None:
+    place = places_of(hs.load_scenario("cases/drift"))[0]
+    first = place.reserve({"controller.integral_gain": 400.0})
+    made = set(place.twins.made)
+    other = place.reserve({"controller.integral_gain": 500.0})
+    assert made
+    assert made == set(place.twins.made)
+    assert other != first
+    assert other == place._replace(twins=dual_twins()).reserve({"controller.integral_gain": 500.0})
 
 
 def test_an_unstable_loop_has_no_reserve() -> None:

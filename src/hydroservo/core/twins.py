@@ -25,7 +25,7 @@ class Twins:
     """
 
     def __init__(self, operations: SimpleNamespace, number: Callable[[Any], Any]) -> None:
-        self.made: dict[int, Any] = {}
+        self.made: dict[Any, Any] = {}
         self.ops, self.number = operations, number
 
     def of(self, value: Any) -> Any:
@@ -43,10 +43,10 @@ class Twins:
         return value
 
     def once(self, value: Any, make: Callable[[Any], Any]) -> Any:
-        if id(value) not in self.made:
-            self.made[id(value)] = value  # what meets itself on the way
+        if value not in self.made:
+            self.made[value] = value  # what meets itself on the way
             make(value)
-        return self.made[id(value)]
+        return self.made[value]
 
     def of_function(self, function: FunctionType) -> None:
         seen = dict(function.__globals__)
@@ -54,7 +54,7 @@ class Twins:
             function.__code__, seen, function.__name__, function.__defaults__, function.__closure__
         )
         twin.__kwdefaults__ = function.__kwdefaults__
-        self.made[id(function)] = twin
+        self.made[function] = twin
         for name in names_in(function.__code__):
             if name in seen and not (isinstance(seen[name], ModuleType) and seen[name] is not ops):
                 seen[name] = self.of(seen[name])
@@ -62,7 +62,7 @@ class Twins:
 
     def of_class(self, cls: type) -> None:
         twin = type(cls.__name__, (cls,), {"__slots__": (), "__module__": cls.__module__})
-        self.made[id(cls)] = twin
+        self.made[cls] = twin
         for name, member in vars(cls).items():
             if type(member) is FunctionType and name not in MADE:
                 setattr(twin, name, self.of(member))

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.core import ops
-from hydroservo.core.block import Block
 from hydroservo.core.twins import Twins
 
 Vector = NDArray[np.float64]
@@ -107,9 +106,9 @@ class Dual:
         return bool(self.value != plain(other))
 
 
-def dual(block: Block) -> Any:
-    """A block equal to another one, whose methods take numbers with slopes."""
-    return Twins(dual_ops(), lambda value: value if isinstance(value, Dual) else float(value)).of(block)
+def dual_twins() -> Twins:
+    """What makes blocks equal to others, whose methods take numbers with slopes."""
+    return Twins(dual_ops(), lambda value: value if isinstance(value, Dual) else float(value))
 
 
 def duals(numbers: Vector) -> list[Dual]:

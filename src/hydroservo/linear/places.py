@@ -12,6 +12,8 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.block import leaves, replace, values
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.hooks import smoothed
+from hydroservo.core.twins import Twins
+from hydroservo.linear.duals import dual_twins
 from hydroservo.linear.margins import SLOWEST, UNTOLD, Judged, Margins, margins_at
 from hydroservo.linear.open_loop import OpenLoop, put_together
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
@@ -53,12 +55,14 @@ class Place(NamedTuple):
         point: where it stays.
         parts: its derivatives, of the law that it has.
         margins: there, with that law.
+        twins: of the classes of its law and sensors, which are the same with other numbers.
     """
 
     loop: Loop
     point: OperatingPoint
     parts: Parts
     margins: Margins
+    twins: Twins
 
     def reserve(self, parameters: Mapping[str, float]) -> Reserve:
         """The loop's reserve with other numbers of its law and sensors.
@@ -73,7 +77,7 @@ class Place(NamedTuple):
         numbers = np.array(
             [*values(point.machine), *values(point.digital), *values(point.demand), point.force]
         )
-        exact = exact_slopes(digital_rows, point, numbers)
+        exact = exact_slopes(digital_rows, self.twins, point, numbers)
         digital = digital_slopes(point).mean if exact is None else exact
         return reserve_of(put_together(point, self.parts._replace(digital=digital)))
 
@@ -89,7 +93,8 @@ def places_of(loop: Loop) -> list[Place]:
         judged = margins_at(own)
         points += [(own, judged)] if judged.linear else []
     points += while_moving(loop, largest_command(loop))
-    return [Place(complete(loop), point, parts_of(point)[0], judged.margins) for point, judged in points]
+    whole, twins = complete(loop), dual_twins()
+    return [Place(whole, point, parts_of(point)[0], judged.margins, twins) for point, judged in points]
 
 
 def is_unstable(loop: Loop) -> bool:

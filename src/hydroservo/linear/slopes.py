@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.core.block import Block
-from hydroservo.linear.duals import Dual, dual, duals
+from hydroservo.core.twins import Twins
+from hydroservo.linear.duals import Dual, dual_twins, duals
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -57,7 +58,7 @@ def slopes(rows: Rows, block: Block, point: Vector, sizes: Vector) -> Slopes:
         return np.array(rows(block, numbers.tolist()))
 
     found = differences(function, point, sizes)
-    exact = exact_slopes(rows, block, point)
+    exact = exact_slopes(rows, dual_twins(), block, point)
     if exact is None:
         return found
     with np.errstate(all="ignore"):
@@ -67,11 +68,14 @@ def slopes(rows: Rows, block: Block, point: Vector, sizes: Vector) -> Slopes:
     return found._replace(mean=np.where(agreed, exact, found.mean), error=np.where(agreed, 0.0, found.error))
 
 
-def exact_slopes(rows: Rows, block: Block, point: Vector) -> Matrix | None:
-    """The slopes of the branches that a text takes, shape (values, numbers); None where it has none."""
+def exact_slopes(rows: Rows, twins: Twins, block: Block, point: Vector) -> Matrix | None:
+    """The slopes of the branches that a text takes, shape (values, numbers); None where it has none.
+
+    Twins are of :func:`~hydroservo.linear.duals.dual_twins`; those of a block's classes are made once.
+    """
     with np.errstate(all="ignore"):
         try:
-            values = rows(dual(block), duals(point))
+            values = rows(twins.of(block), duals(point))
         except Exception:  # whatever a text does with a number that is none of Python's
             return None
     none = np.zeros(len(point))
