@@ -19,6 +19,7 @@ from hydroservo.cli.options import (
     log_columns_of,
     quantity_of,
     ranges_in,
+    repeated,
 )
 from hydroservo.core.errors import ParameterError
 
@@ -45,13 +46,11 @@ def bode(
     plugins: Plugins,
     logs: Annotated[
         list[Path],
-        typer.Option(
+        repeated(
             "--log",
-            metavar="FILE",
-            default_factory=list,
-            show_default=False,
-            help="Show what a recorded log says beside it: a table with the command or the demand "
-            "(`reference`) and what is controlled, as of `identify`. May be given again.",
+            "FILE",
+            "Show what a recorded log says beside it: a table with the command or the demand "
+            "(`reference`) and what is controlled, as of `identify`.",
         ),
     ],
     vary: Annotated[

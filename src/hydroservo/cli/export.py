@@ -2,8 +2,9 @@
 
 import shlex
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -41,37 +42,17 @@ Prefix = Annotated[
         help="Prefix of all names: a C identifier.",
     ),
 ]
-OutFolder = Annotated[
-    Path,
-    typer.Option(
-        "--out",
-        metavar="DIR",
-        parser=folder_at,
-        show_default=False,
-        help=f"Write the C to this folder. {WHERE}",
-    ),
-]
-OutFile = Annotated[
-    Path,
-    typer.Option(
-        "--out",
-        metavar="FILE.fmu",
-        parser=file_at,
-        show_default=False,
-        help=f"Write the FMU to this file. {WHERE}",
-    ),
-]
 
-OutSystem = Annotated[
-    Path,
-    typer.Option(
-        "--out",
-        metavar="FILE.ssp",
-        parser=file_at,
-        show_default=False,
-        help=f"Write the system to this file. {WHERE}",
-    ),
-]
+
+def written_to(parser: Callable[[str], Path], metavar: str, what: str) -> Any:
+    """The option for the place that an export is written to."""
+    text = f"Write {what}. {WHERE}"
+    return typer.Option("--out", metavar=metavar, parser=parser, show_default=False, help=text)
+
+
+OutFolder = Annotated[Path, written_to(folder_at, "DIR", "the C to this folder")]
+OutFile = Annotated[Path, written_to(file_at, "FILE.fmu", "the FMU to this file")]
+OutSystem = Annotated[Path, written_to(file_at, "FILE.ssp", "the system to this file")]
 Version = Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")]
 Platforms = Annotated[
     list[Platform],

@@ -16,6 +16,7 @@ from hydroservo.cli.options import (
     Verbose,
     quantity_of,
     ranges_in,
+    repeated,
     varied,
 )
 
@@ -61,13 +62,10 @@ def identify(
     ],
     limits: Annotated[
         list[str],
-        typer.Option(
+        repeated(
             LIMIT,
-            metavar="SIGNAL=LOW..HIGH",
-            default_factory=list,
-            show_default=False,
-            help="Keep the proposed command, or a signal under it, between two values, such as "
-            "`position=20..80mm`. May be given again.",
+            "SIGNAL=LOW..HIGH",
+            "Keep the proposed command, or a signal under it, between two values: `position=20..80mm`.",
         ),
     ],
     form: Annotated[

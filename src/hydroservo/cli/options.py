@@ -20,6 +20,13 @@ if TYPE_CHECKING:
 VARY = "--vary"
 LONGEST = 4096  # characters of one option
 
+
+def repeated(name: str, metavar: str, text: str) -> Any:
+    """An option that may be given again, a list of what it was given."""
+    text = f"{text} May be given again."
+    return typer.Option(name, metavar=metavar, default_factory=list, show_default=False, help=text)
+
+
 Scenario = Annotated[
     str,
     typer.Argument(
@@ -48,25 +55,19 @@ Several = Annotated[
 ]
 Changes = Annotated[
     list[str],
-    typer.Option(
+    repeated(
         "--set",
-        metavar="a.b=VALUE",
-        default_factory=list,
-        show_default=False,
-        help="Change one entry of the scenario: `plant.mass=8kg`, "
-        "`simulation.period='100 us'`, `controller.type=PI`. A plain number is in SI units. "
-        "May be given again.",
+        "a.b=VALUE",
+        "Change one entry of the scenario: `plant.mass=8kg`, `simulation.period='100 us'`, "
+        "`controller.type=PI`. A plain number is in SI units.",
     ),
 ]
 Plugins = Annotated[
     list[Path],
-    typer.Option(
+    repeated(
         "--plugin",
-        metavar="FILE",
-        default_factory=list,
-        show_default=False,
-        help="Run this Python file, whose blocks a scenario may then name as a type, or allow this FMU. "
-        "May be given again.",
+        "FILE",
+        "Run this Python file, whose blocks a scenario may then name as a type, or allow this FMU.",
     ),
 ]
 FigureSize = Annotated[
@@ -130,13 +131,7 @@ Force = Annotated[
 
 def varied(help_text: str) -> Any:
     """The option that gives numbers ranges, in the words of a command."""
-    return typer.Option(
-        VARY,
-        metavar="PATH=LOW..HIGH",
-        default_factory=list,
-        show_default=False,
-        help=f"{help_text} May be given again.",
-    )
+    return repeated(VARY, "PATH=LOW..HIGH", help_text)
 
 
 def quantity_of(option: str, text: str | None, unit: str) -> float | None:

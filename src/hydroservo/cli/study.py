@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from hydroservo.cli.completion import studies_like
-from hydroservo.cli.options import DecimalComma, FigureFormat, Json, Plugins, check_one_place
+from hydroservo.cli.options import DecimalComma, FigureFormat, Json, Plugins, check_one_place, repeated
 from hydroservo.cli.places import WHERE, folder_at
 
 
@@ -32,13 +32,10 @@ def study(
     ],
     changes: Annotated[
         list[str],
-        typer.Option(
+        repeated(
             "--set",
-            metavar="a.b=VALUE",
-            default_factory=list,
-            show_default=False,
-            help="Change one entry of the study: `search.candidates=512`, `conditions.test=50`. "
-            "May be given again.",
+            "a.b=VALUE",
+            "Change one entry of the study: `search.candidates=512`, `conditions.test=50`.",
         ),
     ],
     plugins: Plugins,
