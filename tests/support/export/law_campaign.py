@@ -54,6 +54,7 @@ STOPS = (
     AssertionError,
     AttributeError,
     LookupError,
+    MemoryError,
     NameError,
     RecursionError,
     TypeError,
