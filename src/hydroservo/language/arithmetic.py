@@ -70,9 +70,9 @@ class Arithmetic:
     def binary(self, op: ast.operator, a: Value, b: Value, node: ast.AST) -> Value:
         """a op b."""
         if isinstance(a, Known) and isinstance(b, Known):
-            return self.folded(op, a, b, node)
+            return self.fold(op, a, b, node)
         if isinstance(op, ast.Pow) and isinstance(a, Known | Literal) and isinstance(b, Known | Literal):
-            return self.folded(op, a, b, node)
+            return self.fold(op, a, b, node)
         if type(op) in BITS and is_truth(a) and is_truth(b) and BITS[type(op)] in LOGIC:
             return Operation(BOOL, LOGIC[BITS[type(op)]], self.truth(a), self.truth(b))
         if self.whole(a) and self.whole(b) and not isinstance(op, ast.Div):
@@ -86,7 +86,7 @@ class Arithmetic:
             raise self.error(f"{text} of floats is not supported", node, way_out)
         return Operation(REAL, SIGNS[type(op)], self.real(a, node), self.real(b, node))
 
-    def folded(self, op: ast.operator, a: Known | Literal, b: Known | Literal, node: ast.AST) -> Value:
+    def fold(self, op: ast.operator, a: Known | Literal, b: Known | Literal, node: ast.AST) -> Value:
         """An operation of numbers that are both known."""
         if isinstance(op, (ast.Pow, ast.LShift)) and isinstance(a, Known) and abs(b.value) > MOST_BITS:
             raise self.error(f"a number of more than {MOST_BITS} bits", node)
@@ -113,7 +113,7 @@ class Arithmetic:
         self.scope.limit(found, LARGEST, node)
         return found
 
-    def negative(self, value: Value, node: ast.AST) -> Value:
+    def minus(self, value: Value, node: ast.AST) -> Value:
         """-a."""
         if isinstance(value, Known) and is_number(value):
             return Known(-value.value)
@@ -148,7 +148,7 @@ class Arithmetic:
             )
         return a == b
 
-    def joined(self, sign: str, conditions: Sequence[Expression | Known]) -> Expression | Known:
+    def logic(self, sign: str, conditions: Sequence[Expression | Known]) -> Expression | Known:
         """Truth values joined by && or ||; the known ones decide or are left out."""
         decisive = sign == "||"
         if any(isinstance(one, Known) and one.value == decisive for one in conditions):
@@ -161,7 +161,7 @@ class Arithmetic:
             first = Operation(BOOL, sign, first, one)
         return first
 
-    def negated(self, condition: Expression | Known) -> Expression | Known:
+    def negation(self, condition: Expression | Known) -> Expression | Known:
         """not a."""
         return Known(not condition.value) if isinstance(condition, Known) else Unary(BOOL, "!", condition)
 
@@ -169,12 +169,12 @@ class Arithmetic:
         self, condition: Expression, a: Value, b: Value, node: ast.AST, both: bool = False
     ) -> Expression:
         """a if the condition holds, else b."""
-        first, second = self.alike(a, b, node)
+        first, second = self.of_one_type(a, b, node)
         if isinstance(first.type, Known):
             return first
         return Choice(first.type, condition, first, second, both)
 
-    def alike(self, a: Value, b: Value, node: ast.AST) -> tuple[Expression, Expression]:
+    def of_one_type(self, a: Value, b: Value, node: ast.AST) -> tuple[Expression, Expression]:
         """Two values of one type."""
         first, second = self.runtime(a, node), self.runtime(b, node)
         if {first.type, second.type} == {REAL, INT}:  # -0 is no -0.0, and products of whole numbers are exact
@@ -228,7 +228,7 @@ class Arithmetic:
         if isinstance(value, Expression):
             return value
         if isinstance(value, Several):
-            return self.gathered(value, node)
+            return self.record_of(value, node)
         if isinstance(value, Known):
             try:
                 return whole(value)
@@ -236,7 +236,7 @@ class Arithmetic:
                 raise self.error(str(error), node, "write it as a float") from None
         raise self.error("this is not a number, a block or several of them", node)
 
-    def gathered(self, several: Several, node: ast.AST) -> Make:
+    def record_of(self, several: Several, node: ast.AST) -> Make:
         """Several values as one record."""
         if several.once:
             raise self.error("these values can be read once alone", node, "write tuple(...)")

@@ -68,16 +68,16 @@ class Bindings:
         self.bound = {*bound_names(tree), *(argument.arg for argument in given)}
         first: Reaching = {}
         for argument in given:
-            self.give(argument, argument.arg, (), first)
+            self.set_value(argument, argument.arg, (), first)
         self.flow(tree.body, (), first)
-        self.variables = self.found()
+        self.variables = self.variables_by_root()
         self.arguments = {one.arg: self.variables[self.root(id(one))] for one in given}
 
-    def assigned(self, node: ast.AST) -> Binding:
+    def variable_set(self, node: ast.AST) -> Binding:
         """The variable that a node gives a value."""
         return self.variables[self.root(id(node))]
 
-    def read(self, node: ast.AST) -> Binding | None:
+    def variable_read(self, node: ast.AST) -> Binding | None:
         """The variable that a node reads; None where no assignment reaches it."""
         reaching = self.seen.get(id(node))
         return self.variables[self.root(min(reaching))] if reaching else None
@@ -91,22 +91,22 @@ class Bindings:
     def flow(self, nodes: Sequence[ast.stmt], block: Block, now: Reaching) -> Reaching | None:
         """What reaches the end of some statements; None where they always return."""
         for node in nodes:
-            found = self.passed(node, block, now)
+            found = self.statement(node, block, now)
             if found is None:
                 return None
             now = found
         return now
 
-    def passed(self, node: ast.stmt, block: Block, now: Reaching) -> Reaching | None:
+    def statement(self, node: ast.stmt, block: Block, now: Reaching) -> Reaching | None:
         match node:
             case ast.Return():
-                self.reads(node, block, now)
+                self.note_reads(node, block, now)
                 return None
             case ast.If(test=test, body=body, orelse=otherwise):
-                self.reads(test, block, now)
+                self.note_reads(test, block, now)
                 after = self.flow(body, (*block, id(body[0])), dict(now))
                 other = self.flow(otherwise, (*block, id(node)), dict(now))
-                return merged(after, other)
+                return merge(after, other)
             case ast.Break():
                 self.loops[-1].loop.append(now)
                 return None
@@ -115,19 +115,19 @@ class Bindings:
                 return None
             case ast.While(test=test, body=body):
                 endless = isinstance(test, ast.Constant) and bool(test.value)
-                return self.repeated(now, lambda start: self.turned(test, None, body, block, start), endless)
+                return self.loop(now, lambda start: self.turn(test, None, body, block, start), endless)
             case ast.For(target=target, iter=counted, body=body):
-                self.reads(counted, block, now)
-                return self.repeated(now, lambda start: self.turned(None, target, body, block, start))
+                self.note_reads(counted, block, now)
+                return self.loop(now, lambda start: self.turn(None, target, body, block, start))
             case ast.AnnAssign(value=None):  # gives no value, and takes none away
                 return now
-        self.reads(node, block, now)
+        self.note_reads(node, block, now)
         after = dict(now)
         for one in sorted(stores(node), key=lambda one: (one.lineno, one.col_offset)):
-            self.give(one, one.id, block, after)
+            self.set_value(one, one.id, block, after)
         return after
 
-    def turned(
+    def turn(
         self,
         test: ast.expr | None,
         target: ast.expr | None,
@@ -138,13 +138,13 @@ class Bindings:
         """A loop's condition or counter, and its statements."""
         inner = (*block, id(body[0]))
         if test is not None:
-            self.reads(test, block, start)
+            self.note_reads(test, block, start)
         now = dict(start)
         for one in stores(target) if target is not None else ():
-            self.give(one, one.id, inner, now, counter=True)
+            self.set_value(one, one.id, inner, now, counter=True)
         return self.flow(body, inner, now)
 
-    def repeated(
+    def loop(
         self, now: Reaching, turn: Callable[[Reaching], Reaching | None], endless: bool = False
     ) -> Reaching | None:
         """What reaches the end of a loop, the end of whose turns may reach its beginning."""
@@ -152,17 +152,17 @@ class Bindings:
             self.loops.append(Ends([], []))
             last = turn(now)
             ends = self.loops.pop()
-            after = all_merged([now, last, *ends.turns])
+            after = merge_all([now, last, *ends.turns])
             if after is None or after == now:
-                return all_merged([None if endless else now, *ends.loop])
+                return merge_all([None if endless else now, *ends.loop])
             now = after
 
-    def give(self, node: ast.AST, name: str, block: Block, now: Reaching, counter: bool = False) -> None:
+    def set_value(self, node: ast.AST, name: str, block: Block, now: Reaching, counter: bool = False) -> None:
         if id(node) not in self.given:
             self.given[id(node)] = Given(name, block, self.order(node), counter)
         now[name] = frozenset({id(node)})
 
-    def reads(self, node: ast.AST, block: Block, now: Reaching) -> None:
+    def note_reads(self, node: ast.AST, block: Block, now: Reaching) -> None:
         """Notes what each name in a node reads."""
         for one, name in loads(node):
             reaching = now.get(name, frozenset())
@@ -183,7 +183,7 @@ class Bindings:
 
     # variables
 
-    def found(self) -> dict[int, Binding]:
+    def variables_by_root(self) -> dict[int, Binding]:
         """The variables, each by the number of one of its assignments."""
         parts: dict[int, list[Given]] = {}
         for node, one in self.given.items():
@@ -206,7 +206,7 @@ def variable(givers: Sequence[Given]) -> Binding:
     return Binding(first.name, first.block, changing, first.counter and not changing, bool(reads))
 
 
-def merged(a: Reaching | None, b: Reaching | None) -> Reaching | None:
+def merge(a: Reaching | None, b: Reaching | None) -> Reaching | None:
     """What reaches the place where two ways meet."""
     if a is None or b is None:
         return b if a is None else a
@@ -214,11 +214,11 @@ def merged(a: Reaching | None, b: Reaching | None) -> Reaching | None:
     return {name: a.get(name, nothing) | b.get(name, nothing) for name in [*a, *b]}
 
 
-def all_merged(ways: Iterable[Reaching | None]) -> Reaching | None:
+def merge_all(ways: Iterable[Reaching | None]) -> Reaching | None:
     """What reaches the place where ways meet."""
     found: Reaching | None = None
     for way in ways:
-        found = merged(found, way)
+        found = merge(found, way)
     return found
 
 

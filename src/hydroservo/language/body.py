@@ -71,12 +71,12 @@ class Body:
 
     def translated(self) -> Function:
         try:
-            return self.checked()
+            return self.translate_body()
         except TranslationError as error:
             error.places.append(self.scope.place)
             raise
 
-    def checked(self) -> Function:
+    def translate_body(self) -> Function:
         tree, error = self.scope.tree, self.scope.error
         try:
             ends = self.statements(tree.body)
@@ -125,7 +125,7 @@ class Body:
                 before = self.expressions.expression(target)
                 self.stores(target, self.expressions.arithmetic.binary(op, before, change, node), node)
             case ast.If():
-                return self.branches(node)
+                return self.if_statement(node)
             case ast.Expr(value=ast.Call() as value) if self.scope.engine:
                 call = self.expressions.expression(value)
                 if isinstance(call, Call):
@@ -133,7 +133,7 @@ class Body:
             case ast.Expr(value=value):
                 raise self.scope.error(f"{ast.unparse(value)!r} does nothing to a state", node)
             case ast.While(orelse=[]):
-                return self.repeats(node)
+                return self.while_loop(node)
             case ast.For(orelse=[]):
                 return self.loops_over(node)
             case ast.Break() if self.loops:
@@ -178,12 +178,12 @@ class Body:
     def assigns(self, targets: Sequence[ast.expr], value: Value, node: ast.AST) -> None:
         """Assigns one value to each of some targets, none of which may change it for the next."""
         several = len(targets) > 1 or isinstance(targets[0], ast.Tuple | ast.List)
-        if several and self.changing(targets):
-            value = self.held(value)
+        if several and self.changes(targets):
+            value = self.snapshot(value)
         for target in targets:
             match target:
                 case ast.Name():
-                    self.assign(self.scope.bindings.assigned(target), value, node)
+                    self.assign(self.scope.bindings.variable_set(target), value, node)
                 case ast.Tuple(elts=names) | ast.List(elts=names):
                     for part, item in zip(names, self.items(value, len(names), node), strict=True):
                         self.assigns([part], item, node)
@@ -193,17 +193,17 @@ class Body:
                     problem = "only names can be assigned to: blocks and states are immutable"
                     raise self.scope.error(problem, node)
 
-    def changing(self, targets: Sequence[ast.expr]) -> bool:
+    def changes(self, targets: Sequence[ast.expr]) -> bool:
         """True if one of the names in these targets changes."""
         names = (name for target in targets for name in stores(target))
-        return any(self.scope.bindings.assigned(name).changing for name in names)
+        return any(self.scope.bindings.variable_set(name).changing for name in names)
 
-    def held(self, value: Value) -> Value:
+    def snapshot(self, value: Value) -> Value:
         """A value that the assignments beside it cannot change, as in a, b = b, a."""
         if isinstance(value, Several):
-            return Several(tuple(self.held(item) for item in value.items), value.names, value.once)
+            return Several(tuple(self.snapshot(item) for item in value.items), value.names, value.once)
         if isinstance(value, Bound):
-            return Bound(self.expressions.kept(value.owner), value.function)
+            return Bound(self.expressions.snapshot(value.owner), value.function)
         changes = isinstance(value, Expression) and not isinstance(value, (Literal, Constant))
         return self.scope.let(self.scope.fresh("value"), value) if changes else value
 
@@ -218,7 +218,7 @@ class Body:
         if isinstance(value, Several) and value.once:
             raise scope.error(f"{name} can be read once alone", node, "loop over it directly")
         if isinstance(value, Bound | Several):  # of records as they are now
-            value = self.held(value)
+            value = self.snapshot(value)
         if binding.changing and value == Known(None):
             raise scope.error(f"{name} is None and something else in turn", node, "give it two names")
         if not binding.changing:
@@ -227,27 +227,27 @@ class Body:
         result = self.expressions.arithmetic.runtime(value, node)
         own = scope.environment.get(binding)
         if not (isinstance(own, Variable) and own.mutable):
-            own = scope.environment[binding] = scope.declared(scope.in_c[binding], result.type)
+            own = scope.environment[binding] = scope.declare(scope.in_c[binding], result.type)
         if own.type != result.type:
             way_out = "keep one type; write 1.0 and not 1 for a float"
             raise scope.error(f"{name} changes its type", node, way_out)
-        scope.changed(own, result)
+        scope.assign(own, result)
 
-    def branches(self, node: ast.If) -> bool:
+    def if_statement(self, node: ast.If) -> bool:
         scope = self.scope
         condition = self.expressions.condition(node.test)
         if isinstance(condition, Known):
             return self.statements(node.body if condition.value else node.orelse)
         certain = set(scope.certain)
-        body, ends = self.inner(node.body)
+        body, ends = self.inner_block(node.body)
         after_body, scope.certain = scope.certain, certain
-        otherwise, other_ends = self.inner(node.orelse)
+        otherwise, other_ends = self.inner_block(node.orelse)
         after_other = scope.certain
         scope.certain = after_other if ends else after_body if other_ends else after_body & after_other
         scope.block.append(If(condition, body, otherwise))
         return ends and other_ends
 
-    def repeats(self, node: ast.While) -> bool:
+    def while_loop(self, node: ast.While) -> bool:
         """A loop; True if it never ends but by a return."""
         scope = self.scope
         outer, scope.block = scope.block, []
@@ -255,7 +255,7 @@ class Body:
         work, scope.block = scope.block, outer
         if isinstance(condition, Known) and not condition.value:
             return False
-        certain, ends = set(scope.certain), self.turns(node.body)
+        certain, ends = set(scope.certain), self.loop_body(node.body)
         endless, body = isinstance(condition, Known), self.turned
         if work and isinstance(condition, Expression):  # which each turn needs anew
             body = [*work, If(Unary(BOOL, "!", condition), [Break()], []), *body]
@@ -263,15 +263,15 @@ class Body:
         scope.block.append(While(Whole(BOOL, True) if endless or work else condition, body))  # type: ignore[arg-type]
         return endless and not ends
 
-    def turns(
+    def loop_body(
         self, nodes: Sequence[ast.stmt], first: tuple[Binding, Variable, ast.AST] | None = None
     ) -> list[set[str]]:
         """Translates a loop's statements, into ``turned``; what has a value at each of its breaks."""
         self.loops.append([])
-        self.turned, _ = self.inner(nodes, first)
+        self.turned, _ = self.inner_block(nodes, first)
         return self.loops.pop()
 
-    def inner(
+    def inner_block(
         self, nodes: Sequence[ast.stmt], first: tuple[Binding, Variable, ast.AST] | None = None
     ) -> tuple[list[Statement], bool]:
         """The statements of a block of their own, which may begin with a value for a variable.
@@ -295,8 +295,8 @@ class Body:
             case ast.Call(func=ast.Name(id="range"), args=given, keywords=[]) if self.is_range(node.iter):
                 if not isinstance(node.target, ast.Name):
                     raise self.scope.error("a loop over whole numbers gives one name a value", node)
-                self.counts(
-                    node, self.scope.bindings.assigned(node.target), self.expressions.arguments(given)
+                self.counted_loop(
+                    node, self.scope.bindings.variable_set(node.target), self.expressions.arguments(given)
                 )
                 return False
             case ast.Call() | ast.Name() | ast.Attribute() | ast.Tuple() | ast.Subscript():
@@ -304,20 +304,20 @@ class Body:
                 if isinstance(value, Several) or (
                     isinstance(value, Expression) and isinstance(value.type, Record)
                 ):
-                    return self.unrolled(node, self.expressions.items(value, node))
+                    return self.unroll(node, self.expressions.items(value, node))
         raise self.scope.error("only range(...) and tuples can be looped over", node, "count with range")
 
-    def unrolled(self, node: ast.For, items: Sequence[Value]) -> bool:
+    def unroll(self, node: ast.For, items: Sequence[Value]) -> bool:
         """The statements once for each value."""
         if leaves_loop(node.body):
             raise self.scope.error("a loop over a tuple runs to its end", node, "count with range, or use if")
-        for item in [self.held(item) for item in items]:  # which the statements may not change
+        for item in [self.snapshot(item) for item in items]:  # which the statements may not change
             self.assigns([node.target], item, node)
             if self.statements(node.body):
                 return True
         return False
 
-    def counts(self, node: ast.For, binding: Binding, given: Sequence[Value]) -> None:
+    def counted_loop(self, node: ast.For, binding: Binding, given: Sequence[Value]) -> None:
         """A loop; where its number is read after it or changed in it, that is a local of its own."""
         arithmetic = self.expressions.arithmetic
         if not 1 <= len(given) <= 3 or not all(map(arithmetic.whole, given)):
@@ -326,11 +326,11 @@ class Body:
         start, stop, step = (Known(0), *given, Known(1)) if len(given) == 1 else (*given, Known(1))[:3]
         if not isinstance(step, Known) or step.value == 0:
             raise self.scope.error("the step of a loop must be a known number and not 0", node)
-        start, stop, certain = self.held(start), self.held(stop), set(self.scope.certain)
+        start, stop, certain = self.snapshot(start), self.snapshot(stop), set(self.scope.certain)
         counter = Variable(INT, self.scope.in_c[binding] if binding.counter else self.scope.fresh("i"))
         if binding.counter:
             self.scope.environment[binding] = counter
-        self.turns(node.body, None if binding.counter else (binding, counter, node))
+        self.loop_body(node.body, None if binding.counter else (binding, counter, node))
         self.scope.certain = certain  # the loop may not run at all
         self.scope.block.append(For(counter.name, start, stop, step, self.turned))
 

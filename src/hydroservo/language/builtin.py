@@ -53,7 +53,7 @@ class Builtins:
         self.functions: dict[Any, Callable[..., Value]] = {
             abs: self.absolute,
             bool: self.truth,
-            enumerate: self.numbered,
+            enumerate: self.enumerate_values,
             float: lambda node, value: arithmetic.real(value, node),
             hasattr: self.has,
             int: self.integer,
@@ -63,7 +63,7 @@ class Builtins:
             min: lambda node, *values: self.extreme(ast.Lt(), values, node),
             reversed: lambda node, value: several(items(value, node)[::-1], once=True),
             tuple: lambda node, value: several(items(value, node)),
-            zip: self.zipped,
+            zip: self.zip_values,
         }
 
     def call(
@@ -84,7 +84,7 @@ class Builtins:
             negative = self.arithmetic.comparison(number, ast.Lt(), Known(0), node)
             assert isinstance(negative, Expression)
             return self.arithmetic.choice(
-                negative, self.arithmetic.negative(number, node), number, node, both=True
+                negative, self.arithmetic.minus(number, node), number, node, both=True
             )
         function = self.translator.function(basic.absolute, [REAL])
         return Call(REAL, function, (self.arithmetic.real(value, node),), ast.unparse(node))
@@ -131,16 +131,16 @@ class Builtins:
             raise TypeError
         return Known(len(self.items(value, node)))
 
-    def numbered(self, node: ast.AST, value: Value, start: Value | None = None) -> Value:
-        pairs = enumerate(self.items(value, node), 0 if start is None else self.known(start))
+    def enumerate_values(self, node: ast.AST, value: Value, start: Value | None = None) -> Value:
+        pairs = enumerate(self.items(value, node), 0 if start is None else self.known_value(start))
         return several([several((Known(i), item)) for i, item in pairs], once=True)
 
-    def zipped(self, node: ast.AST, *rows: Value, strict: Value | None = None) -> Value:
-        whole = strict is not None and bool(self.known(strict))
+    def zip_values(self, node: ast.AST, *rows: Value, strict: Value | None = None) -> Value:
+        whole = strict is not None and bool(self.known_value(strict))
         pairs = zip(*(self.items(row, node) for row in rows), strict=whole)
         return several([several(pair) for pair in pairs], once=True)
 
-    def known(self, value: Value) -> Any:
+    def known_value(self, value: Value) -> Any:
         """What is part of the code."""
         if not isinstance(value, Known):
             raise TypeError

@@ -85,7 +85,7 @@ class Calls:
             raise self.scope.error(f"{ast.unparse(node.func)} cannot be called", node)
         thing = equal_of(target.thing)
         if not (is_record(thing) or self.is_open(thing) or (thing is array_at and self.scope.engine)):
-            raise self.refused(thing, node)
+            raise self.refusal(thing, node)
         return thing
 
     def is_open(self, thing: Any) -> bool:
@@ -97,18 +97,18 @@ class Calls:
     def call(self, callee: Any, given: Sequence[Value], named: Mapping[str, Value], node: ast.Call) -> Value:
         """A call of a callee with these positional and named arguments."""
         if isinstance(callee, Bound):
-            owner = self.scope.lasting(callee.owner)
+            owner = self.scope.with_address(callee.owner)
             cls = owner.type.cls if isinstance(owner.type, Record) else None
-            return self.invoked(callee.function, [owner, *given], named, cls, node)
+            return self.function_call(callee.function, [owner, *given], named, cls, node)
         if callee is basic.where:
             return self.where(given, node)
         if callee is array_at:
             return self.view(given, node)
         if is_record(callee):
-            return self.made(callee, given, named, node)
-        return self.invoked(callee, given, named, None, node)
+            return self.construct(callee, given, named, node)
+        return self.function_call(callee, given, named, None, node)
 
-    def refused(self, thing: Any, node: ast.Call) -> TranslationError:
+    def refusal(self, thing: Any, node: ast.Call) -> TranslationError:
         """What to write in place of a call that is not in the language."""
         text = ast.unparse(node)
         if hint := hint_for(thing):
@@ -138,7 +138,7 @@ class Calls:
             raise self.scope.error("where's condition is a number, not a truth value", node, "compare it")
         return self.arithmetic.choice(condition, a, b, node, both=True)
 
-    def invoked(
+    def function_call(
         self,
         function: FunctionType,
         given: Sequence[Value],
@@ -147,12 +147,12 @@ class Calls:
         node: ast.AST,
     ) -> Expression:
         """A call of a function that is, or will be, translated."""
-        values = self.bound(function, given, named, node)
+        values = self.bind(function, given, named, node)
         kinds: list[Type] = []
         for i, value in enumerate(values):
             if isinstance(value, (Python, Bound)):
                 raise self.scope.error("an argument is a function or a class", node, "call it by its name")
-            one = self.arithmetic.gathered(value, node) if isinstance(value, Several) else value
+            one = self.arithmetic.record_of(value, node) if isinstance(value, Several) else value
             if isinstance(one, Expression):
                 self.scope.limit(one, PASSED, node)
             kinds.append(one.type if isinstance(one, Expression) else one)
@@ -160,10 +160,10 @@ class Calls:
         self.scope.line = getattr(node, "lineno", self.scope.line)
         callee = self.translator.function(function, kinds, owner)
         found = (value for value in values if isinstance(value, Expression))
-        arguments = (self.addressable(value) for value in found)
+        arguments = (self.with_address(value) for value in found)
         return Call(callee.returns, callee, tuple(arguments), ast.unparse(node))
 
-    def bound(
+    def bind(
         self, function: FunctionType, given: Sequence[Value], named: Mapping[str, Value], node: ast.AST
     ) -> list[Value]:
         """The arguments of a call in the order of the parameters, with defaults."""
@@ -180,10 +180,10 @@ class Calls:
         for name, parameter in signature.parameters.items():
             value = found[name] if name in found else self.default(parameter.default, function, name, node)
             takes_floats = parameter.annotation is float and function.__module__.startswith("hydroservo.")
-            values.append(self.floating(function, value, node) if takes_floats else value)
+            values.append(self.float_argument(function, value, node) if takes_floats else value)
         return values
 
-    def floating(self, function: FunctionType, value: Value, node: ast.AST) -> Value:
+    def float_argument(self, function: FunctionType, value: Value, node: ast.AST) -> Value:
         """An argument of what takes floats, and may return what it is given, but for most of ops."""
         if self.arithmetic.whole(value) and (function in SELECTING or not is_op(function)):
             called = f"ops.{function.__name__}" if is_op(function) else function.__qualname__
@@ -197,10 +197,10 @@ class Calls:
             return Literal(REAL, float(value))
         return self.constant(value, f"{owner.__name__}.{name}", owner.__module__, node)
 
-    def addressable(self, value: Expression) -> Expression:
-        return self.scope.lasting(value) if isinstance(value.type, (Record, Matrix)) else value
+    def with_address(self, value: Expression) -> Expression:
+        return self.scope.with_address(value) if isinstance(value.type, (Record, Matrix)) else value
 
-    def made(self, cls: type, given: Sequence[Value], named: Mapping[str, Value], node: ast.AST) -> Make:
+    def construct(self, cls: type, given: Sequence[Value], named: Mapping[str, Value], node: ast.AST) -> Make:
         """A record from positional and named fields."""
         names: tuple[str, ...] = getattr(cls, "_fields", ())
         if len(given) > len(names) or not set(named) <= set(names[len(given) :]):

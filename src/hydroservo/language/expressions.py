@@ -78,7 +78,7 @@ class Expressions:
                 condition = self.condition(test)
                 if isinstance(condition, Known):
                     return self.expression(body if condition.value else otherwise)
-                return self.chosen(condition, body, otherwise, node)
+                return self.choice(condition, body, otherwise, node)
             case ast.Subscript(value=value, slice=index):
                 return self.element(self.expression(value), index, node)
             case ast.Tuple(elts=elements):
@@ -96,7 +96,7 @@ class Expressions:
         if isinstance(value, Several):
             return list(value.items)
         if isinstance(value, Expression) and isinstance(value.type, Record):
-            lasting = self.scope.lasting(value)
+            lasting = self.scope.with_address(value)
             return [self.member(lasting, name) for name in value.type.fields]
         raise self.scope.error("this is not several values", node)
 
@@ -113,7 +113,7 @@ class Expressions:
 
     def named(self, name: str, node: ast.AST) -> Value:
         """What a name stands for where a node reads it."""
-        binding = self.scope.bindings.read(node)
+        binding = self.scope.bindings.variable_read(node)
         if binding is not None and binding in self.scope.environment:
             return self.local(binding, node)
         if name in self.scope.bindings.bound:
@@ -153,7 +153,7 @@ class Expressions:
             parts = [
                 self.block_field(thing, field, f"{name}.{field}", module, node) for field in thing._fields
             ]
-            return self.calls.made(type(thing), parts, {}, node)
+            return self.calls.construct(type(thing), parts, {}, node)
         if callable(thing) or isinstance(thing, ModuleType):
             return Python(thing)
         raise self.scope.error(
@@ -178,7 +178,7 @@ class Expressions:
             return self.of_array(base, base.type, name, node)
         if isinstance(base, Expression) and isinstance(base.type, Record):
             if name in base.type.fields:
-                return self.member(self.scope.lasting(base), name)
+                return self.member(self.scope.with_address(base), name)
             return self.method(base, base.type, name, node)
         raise self.scope.error(f"{ast.unparse(node)!r} is not there", node)
 
@@ -233,10 +233,10 @@ class Expressions:
         total: Value = Known(0)
         for part, length in zip(parts, lengths, strict=True):
             within = self.within(self.expression(part), length, node)
-            total = within if total == Known(0) else self.further(total, length, within, node)
+            total = within if total == Known(0) else self.index_after(total, length, within, node)
         return total
 
-    def further(self, total: Value, length: Value, within: Value, node: ast.AST) -> Value:
+    def index_after(self, total: Value, length: Value, within: Value, node: ast.AST) -> Value:
         """total length + within."""
         if isinstance(length, Known):
             scaled = self.arithmetic.binary(ast.Mult(), total, length, node)
@@ -273,7 +273,7 @@ class Expressions:
         held = self.scope.let(self.scope.fresh("index"), index)
         compare = self.arithmetic.comparison
         ends = [compare(Known(0), ast.LtE(), held, node), compare(held, ast.Lt(), length, node)]
-        condition = self.arithmetic.joined("&", ends)
+        condition = self.arithmetic.logic("&", ends)
         assert isinstance(condition, Expression)
         self.scope.block.append(Require(condition))
         return held
@@ -297,9 +297,9 @@ class Expressions:
 
     def unary(self, op: ast.unaryop, operand: ast.expr, node: ast.AST) -> Value:
         if isinstance(op, ast.Not):
-            return self.arithmetic.negated(self.condition(operand))
+            return self.arithmetic.negation(self.condition(operand))
         if isinstance(op, ast.USub):
-            return self.arithmetic.negative(self.expression(operand), node)
+            return self.arithmetic.minus(self.expression(operand), node)
         if isinstance(op, ast.UAdd):
             value = self.expression(operand)
             return self.arithmetic.integer(value, node) if is_truth(value) else value
@@ -309,11 +309,11 @@ class Expressions:
         """A truth value; ``numbers`` count as true unless they are 0."""
         match node:
             case ast.Compare(left=left, ops=operators, comparators=[right, *rest]):
-                values = [self.expression(left), self.expression(right), *map(self.plain, rest)]
+                values = [self.expression(left), self.expression(right), *map(self.pure, rest)]
                 pairs = zip(values, operators, values[1:], strict=False)
-                return self.arithmetic.joined("&&", [self.comparison(*one, node) for one in pairs])
+                return self.arithmetic.logic("&&", [self.comparison(*one, node) for one in pairs])
             case ast.BoolOp(op=op, values=parts):
-                return self.joined("&&" if isinstance(op, ast.And) else "||", parts, numbers)
+                return self.logic("&&" if isinstance(op, ast.And) else "||", parts, numbers)
         value = self.expression(node)
         if is_truth(value):
             return value  # type: ignore[return-value]
@@ -328,26 +328,26 @@ class Expressions:
         if not isinstance(op, (ast.In, ast.NotIn)):
             return self.arithmetic.comparison(a, op, b, node)
         each = [self.arithmetic.comparison(a, ast.Eq(), item, node) for item in self.items(b, node)]
-        among = self.arithmetic.joined("||", each)
-        return self.arithmetic.negated(among) if isinstance(op, ast.NotIn) else among
+        among = self.arithmetic.logic("||", each)
+        return self.arithmetic.negation(among) if isinstance(op, ast.NotIn) else among
 
     # what is computed only if something else holds
 
-    def apart(self, node: ast.expr, value_of: Callable[[ast.expr], Value]) -> tuple[Value, list[Statement]]:
+    def split(self, node: ast.expr, value_of: Callable[[ast.expr], Value]) -> tuple[Value, list[Statement]]:
         """A value, and the statements that must run before it."""
         outer, self.scope.block = self.scope.block, []
         value = value_of(node)
         work, self.scope.block = self.scope.block, outer
         return value, work
 
-    def plain(self, node: ast.expr) -> Value:
+    def pure(self, node: ast.expr) -> Value:
         """A value that takes no statements: the third of a < b < c, which may never be asked for."""
-        value, work = self.apart(node, self.expression)
+        value, work = self.split(node, self.expression)
         if work:
             raise self.scope.error(f"{ast.unparse(node)!r} is not supported", node, "name it before")
         return value
 
-    def joined(self, sign: str, parts: Sequence[ast.expr], numbers: bool) -> Expression | Known:
+    def logic(self, sign: str, parts: Sequence[ast.expr], numbers: bool) -> Expression | Known:
         """``and`` and ``or``: a part is computed only if those before do not decide."""
         decisive, truth_of = sign == "||", partial(self.condition, numbers=numbers)
         found = truth_of(parts[0])
@@ -355,33 +355,33 @@ class Expressions:
             if isinstance(found, Known):
                 found = Known(decisive) if found.value == decisive else truth_of(part)
                 continue
-            value, work = self.apart(part, truth_of)
+            value, work = self.split(part, truth_of)
             truth: Expression | Known = value  # type: ignore[assignment]
             found = (
-                self.late(sign, found, truth, work, part)
+                self.guard(sign, found, truth, work, part)
                 if work
-                else self.arithmetic.joined(sign, [found, truth])
+                else self.arithmetic.logic(sign, [found, truth])
             )
         return found
 
-    def late(
+    def guard(
         self, sign: str, first: Expression, second: Value, work: list[Statement], node: ast.AST
     ) -> Expression:
         """Two conditions joined, the second of which takes statements that the first one guards."""
-        own = self.scope.declared(self.scope.fresh("holds"), BOOL)
-        self.scope.changed(own, first)
+        own = self.scope.declare(self.scope.fresh("holds"), BOOL)
+        self.scope.assign(own, first)
         goes_on = own if sign == "&&" else Unary(BOOL, "!", own)
         last = Assign(own.name, self.arithmetic.runtime(second, node))
         self.scope.block.append(If(goes_on, [*work, last], []))
         return own
 
-    def chosen(self, condition: Expression, body: ast.expr, otherwise: ast.expr, node: ast.AST) -> Expression:
+    def choice(self, condition: Expression, body: ast.expr, otherwise: ast.expr, node: ast.AST) -> Expression:
         """A conditional expression, of which only one side is computed."""
-        (a, before_a), (b, before_b) = (self.apart(one, self.expression) for one in (body, otherwise))
+        (a, before_a), (b, before_b) = (self.split(one, self.expression) for one in (body, otherwise))
         if not before_a and not before_b:
             return self.arithmetic.choice(condition, a, b, node)
-        first, second = self.arithmetic.alike(a, b, node)
-        own = self.scope.declared(self.scope.fresh("chosen"), first.type)
+        first, second = self.arithmetic.of_one_type(a, b, node)
+        own = self.scope.declare(self.scope.fresh("chosen"), first.type)
         ways = [*before_a, Assign(own.name, first)], [*before_b, Assign(own.name, second)]
         self.scope.certain.add(own.name)
         self.scope.block.append(If(condition, *ways))
@@ -428,7 +428,7 @@ class Expressions:
         way_out = "write *[0.0] * n with a whole number n, or each of them"
         raise self.scope.error(f"*{ast.unparse(node)} is not supported", node, way_out)
 
-    def kept(self, value: Expression) -> Expression:
+    def snapshot(self, value: Expression) -> Expression:
         """A record as it is now, where it may change later."""
         base = value
         while isinstance(base, Member):

@@ -98,9 +98,9 @@ class Ranges:
             case Length():
                 found = 0, LONGEST
             case Unary(a=a):
-                found = computed("-", (0, 0), self.interval(a))
+                found = interval_of("-", (0, 0), self.interval(a))
             case Operation(operator=sign, a=a, b=b):
-                found = computed(sign, self.interval(a), self.interval(b))
+                found = interval_of(sign, self.interval(a), self.interval(b))
             case Choice(a=a, b=b):
                 found = hull([self.interval(a), self.interval(b)])
             case Call(function=function, arguments=(a, Whole(value=by))) if function.origin is whole_quotient:
@@ -133,7 +133,7 @@ class Ranges:
         if name in self.pending:
             return ENDLESS  # as the count of a loop that changes what it counts
         if name not in self.bounds:
-            group = {other for other in self.reached(name) if name in self.reached(other)} | {name}
+            group = {other for other in self.reachable(name) if name in self.reachable(other)} | {name}
             self.pending |= group
             found = self.group_bound(group)
             self.pending -= group
@@ -186,7 +186,7 @@ class Ranges:
             case Unary(a=a):
                 found = self.growth(a, group)
             case Operation(operator=sign, a=a, b=b):
-                found = grown(sign, self.growth(a, group), self.growth(b, group))
+                found = growth_of(sign, self.growth(a, group), self.growth(b, group))
             case Choice(a=a, b=b):
                 found = largest([self.growth(a, group), self.growth(b, group)])
             case Call(function=function, arguments=(a, Whole(value=by))) if function.origin is whole_quotient:
@@ -197,7 +197,7 @@ class Ranges:
     def depends(self, value: Expression, group: set[str]) -> bool:
         return bool(group & self.locals_in(value, set()))
 
-    def reached(self, name: str) -> set[str]:
+    def reachable(self, name: str) -> set[str]:
         """The locals that a local that changes is computed from, itself only if so."""
         found: set[str] = set()
         pending = {name}
@@ -244,7 +244,7 @@ def largest(growths: Sequence[Growth]) -> Growth:
     return Growth(max(one.factor for one in growths), max(one.more for one in growths))
 
 
-def grown(sign: str, a: Growth, b: Growth) -> Growth:
+def growth_of(sign: str, a: Growth, b: Growth) -> Growth:
     """What a sum, difference or product is at most."""
     if sign != "*":
         return Growth(a.factor + b.factor, a.more + b.more)
@@ -253,7 +253,7 @@ def grown(sign: str, a: Growth, b: Growth) -> Growth:
     return Growth(a.factor * b.more + b.factor * a.more, a.more * b.more)
 
 
-def computed(sign: str, a: Interval, b: Interval) -> Interval:
+def interval_of(sign: str, a: Interval, b: Interval) -> Interval:
     """The interval of a sum, difference or product."""
     if sign == "+":
         return a[0] + b[0], a[1] + b[1]

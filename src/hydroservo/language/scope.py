@@ -137,17 +137,17 @@ class Scope:
                 first = whole(given) if isinstance(given, Known) else given
             except TranslationError as error:
                 raise self.error(f"{name}: {error}", self.tree, "use floats") from None
-            own = self.declared(self.fresh(f"{own_name}_now"), first.type)
-            self.changed(own, first)
+            own = self.declare(self.fresh(f"{own_name}_now"), first.type)
+            self.assign(own, first)
             given = own
         self.environment[binding] = given
 
-    def declared(self, name: str, kind: Type) -> Variable:
+    def declare(self, name: str, kind: Type) -> Variable:
         """A local that changes."""
         self.function.locals[name] = kind
         return Variable(kind, name, mutable=True)
 
-    def changed(self, local: Variable, value: Expression) -> None:
+    def assign(self, local: Variable, value: Expression) -> None:
         """A new value for a local that changes."""
         self.certain.add(local.name)
         if not (isinstance(value, Variable) and value.name == local.name):
@@ -168,7 +168,7 @@ class Scope:
         self.block.append(Let(name, value))
         return Variable(value.type, name)
 
-    def lasting(self, value: Expression) -> Expression:
+    def with_address(self, value: Expression) -> Expression:
         """A record that has an address: a value just computed gets a name."""
         if isinstance(value, (Variable, Member)):
             return value
