@@ -211,7 +211,7 @@ def sweeps(
 
 
 def walk(start: str, *steps: tuple[str, str, str]) -> Figure:
-    """A chain of boxes: each step is a function of the package, what it does, and what it makes."""
+    """A chain of boxes: a function of the package by its path, what it does, and what it makes."""
     count = len(steps)
     with style():
         fig = figure(height=0.25 + 0.42 * (count + 1))
@@ -231,7 +231,7 @@ def walk(start: str, *steps: tuple[str, str, str]) -> Figure:
 
 
 def file_of(path: str) -> str:
-    """The file and the name of a function that there must be, such as ``runs.run.prepare``."""
+    """The file and the name of a function, such as ``runs.run.prepare``; an error where there is none."""
     module, _, name = path.rpartition(".")
     owner = ""
     if module.rpartition(".")[2][0].isupper():

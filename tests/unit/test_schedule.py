@@ -5,9 +5,8 @@ from random import Random
 import numpy as np
 import pytest
 
-from hydroservo.engine import schedule
 from hydroservo.engine.machine_code import parsed
-from hydroservo.engine.schedule import scheduled
+from hydroservo.engine.schedule import schedule
 
 HEAD = """\
 define double @f(ptr %0, double %x) {
@@ -30,20 +29,20 @@ def body_of(text: str) -> list[str]:
 
 
 def test_the_longest_way_to_the_end_comes_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(schedule, "LONG", 2)
+    monkeypatch.setattr("hydroservo.engine.schedule.LONG", 2)
     body = [
         "%a = fadd double %x, 1.0",
         "%b = fdiv double %first.pre-phi, 3.0",
         "%c = fdiv double %b, 3.0",
         "%last = fadd double %a, %c",
     ]
-    text = scheduled(module(body))
+    text = schedule(module(body))
     parsed(text)
     assert body_of(text) == [body[1], body[0], body[2], body[3]]
 
 
 def test_reads_and_writes_of_memory_keep_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(schedule, "LONG", 2)
+    monkeypatch.setattr("hydroservo.engine.schedule.LONG", 2)
     rng = np.random.default_rng(5)
     for _ in range(50):
         body = ["%last = fadd double %x, 1.0"]
@@ -55,7 +54,7 @@ def test_reads_and_writes_of_memory_keep_their_order(monkeypatch: pytest.MonkeyP
                 body.append(f"store double {float(i)}, ptr %n0")
             else:
                 body.append(f"%q{i} = fdiv double %x, {float(i + 1)}")
-        lines = body_of(scheduled(module(body).replace("%n0", "%0")))
+        lines = body_of(schedule(module(body).replace("%n0", "%0")))
         assert sorted(lines) == sorted(body)
         assert reads_of(lines) == reads_of(body)
         assert [line for line in lines if "store" in line] == [line for line in body if "store" in line]
@@ -73,7 +72,7 @@ def test_operands_come_before_what_takes_them() -> None:
         a, b = random.randrange(i), random.randrange(i)
         body.append(f"%v{i} = {random.choice(['fadd', 'fdiv', 'fmul'])} double %v{a}, %v{b}")
     body.append("%last = fadd double %v299, %v298")
-    text = scheduled(module(body))
+    text = schedule(module(body))
     parsed(text).verify()  # which refuses a value that is taken before it is there
     assert body_of(text) != body
     assert sorted(body_of(text)) == sorted(body)
@@ -81,4 +80,4 @@ def test_operands_come_before_what_takes_them() -> None:
 
 def test_short_blocks_stay() -> None:
     body = ["%b = fdiv double %x, 3.0", "%last = fadd double %b, 1.0"]
-    assert body_of(scheduled(module(body))) == body
+    assert body_of(schedule(module(body))) == body

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from hydroservo.app.failures import Stopped, failure_at_field
 from hydroservo.app.source import Home
 from hydroservo.core.command_scale import commands_in
-from hydroservo.work.processes import begin_worker, single_threaded_algebra
+from hydroservo.work.processes import begin_worker, single_threaded_children
 
 PATIENCE = 1.5  # s, more than GRACE, in which the last job of the same page ends
 LOOK = 0.05  # s between two looks for a page that has gone
@@ -51,7 +51,7 @@ class Worker:
         context = get_context("spawn")  # a copy would have the locks of this one's threads
         self.pipe, there = context.Pipe()
         self.process = context.Process(target=serve, args=(there, self.home), daemon=True)
-        with single_threaded_algebra():
+        with single_threaded_children():
             self.process.start()
         there.close()
 

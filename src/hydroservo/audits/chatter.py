@@ -142,7 +142,7 @@ def chatter(loop: Loop, *, time: float | None = None) -> Chatter:
     sampled loop has its limit cycles at fractions of the sampling rate: Kuo, Digital Control Systems, 1980
     (unverified).
     Fails for a loop that is driven to its limits and stays there, which swings no more; and as
-    ``audits.describing`` and :func:`limit_cycles` do.
+    :func:`~hydroservo.audits.describing.describing` and :func:`limit_cycles` do.
     """
     checked_loop(loop)
     at = busiest(loop) if time is None else time
@@ -150,7 +150,7 @@ def chatter(loop: Loop, *, time: float | None = None) -> Chatter:
 
 
 def chatter_of(found: Describing, limit: float, time: float) -> Chatter:
-    """What is foretold from a describing function."""
+    """What is foretold from a describing function, under the largest command [V], of an instant [s]."""
     cycles = limit_cycles(found)
     own = LimitCycle(forced(found, limit), found.frequency, soft=True)
     reached = fastest_of([own, *(one for one in cycles if one.soft)], limit)

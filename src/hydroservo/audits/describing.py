@@ -68,7 +68,7 @@ def busiest(loop: Loop) -> float:
 
 
 def frozen(loop: Loop, time: float) -> Frozen:
-    """The loop as it is at an instant, with sensors that are exact and have no steps of resolution.
+    """The loop as it is at an instant [s], with sensors that are exact and have no steps of resolution.
 
     Its machine moves evenly as a demanded velocity asks, or rests where it cannot and where another signal is
     controlled; and what it then shows is demanded, to the last digit, for a law that switches feels any other
@@ -90,7 +90,7 @@ def frozen(loop: Loop, time: float) -> Frozen:
 
 
 def command_for(loop: Loop, velocity: float) -> float:
-    """The command under which a machine moves evenly at a velocity, or nearly so [V]."""
+    """The command [V] under which a machine moves evenly at a velocity [m/s], or nearly so."""
     from scipy.optimize import brentq
 
     if velocity == 0.0:

@@ -1,4 +1,4 @@
-"""What an audit says of a run and of the forecast."""
+"""What an audit says: of assumptions, of the run, and of the forecast."""
 
 import math
 from collections.abc import Sequence

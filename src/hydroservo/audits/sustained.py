@@ -284,7 +284,7 @@ def continued(loop: Loop, frequency: float) -> Loop:
 
 
 def without(loop: Loop, cause: Cause, size: float) -> Remains | None:
-    """What is left without a cause; None where the loop has none of that kind."""
+    """What is left of a swing of ``size`` [V] without a cause; None where the loop has none of that kind."""
     changed = cause.without(loop)
     if changed is None:
         return None

@@ -14,12 +14,12 @@ from hydroservo.cli.options import (
     Force,
     Plugins,
     Scenario,
+    list_option,
     loaded,
     loaded_aloud,
     log_columns_of,
     quantity_of,
     ranges_in,
-    repeated,
 )
 from hydroservo.core.errors import ParameterError
 
@@ -46,7 +46,7 @@ def bode(
     plugins: Plugins,
     logs: Annotated[
         list[Path],
-        repeated(
+        list_option(
             "--log",
             "FILE",
             "Show what a recorded log says beside it: a table with the command or the demand "

@@ -231,6 +231,7 @@ def ssp(
 
 def summary(unit: "Unit", version: FmiVersion, clocked: bool) -> str:
     """What an FMU has, and how it is used."""
+    from hydroservo.core.formatting import counted
     from hydroservo.export.fmu import variables_of
 
     kinds = Counter(one.causality for one in variables_of(unit))
@@ -246,11 +247,6 @@ def say_untried(platforms: "Sequence[Platform]") -> None:
     others = [one for one in platforms if one != machine_name()]
     if others:
         typer.echo(f"cross compiled, and not run here: the binaries for {', '.join(others)}")
-
-
-def counted(number: int, what: str) -> str:
-    """Such as ``1 input`` or ``2 inputs``."""
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def name_of(scenario: str) -> str:

@@ -14,9 +14,9 @@ from hydroservo.cli.options import (
     Scenario,
     Threads,
     Verbose,
+    list_option,
     quantity_of,
     ranges_in,
-    repeated,
     varied,
 )
 
@@ -62,7 +62,7 @@ def identify(
     ],
     limits: Annotated[
         list[str],
-        repeated(
+        list_option(
             LIMIT,
             "SIGNAL=LOW..HIGH",
             "Keep the proposed command, or a signal under it, between two values: `position=20..80mm`.",

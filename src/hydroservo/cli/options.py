@@ -21,7 +21,7 @@ VARY = "--vary"
 LONGEST = 4096  # characters of one option
 
 
-def repeated(name: str, metavar: str, text: str) -> Any:
+def list_option(name: str, metavar: str, text: str) -> Any:
     """An option that may be given again, a list of what it was given."""
     text = f"{text} May be given again."
     return typer.Option(name, metavar=metavar, default_factory=list, show_default=False, help=text)
@@ -55,7 +55,7 @@ Several = Annotated[
 ]
 Changes = Annotated[
     list[str],
-    repeated(
+    list_option(
         "--set",
         "a.b=VALUE",
         "Change one entry of the scenario: `plant.mass=8kg`, `simulation.period='100 us'`, "
@@ -64,7 +64,7 @@ Changes = Annotated[
 ]
 Plugins = Annotated[
     list[Path],
-    repeated(
+    list_option(
         "--plugin",
         "FILE",
         "Run this Python file, whose blocks a scenario may then name as a type, or allow this FMU.",
@@ -131,7 +131,7 @@ Force = Annotated[
 
 def varied(help_text: str) -> Any:
     """The option that gives numbers ranges, in the words of a command."""
-    return repeated(VARY, "PATH=LOW..HIGH", help_text)
+    return list_option(VARY, "PATH=LOW..HIGH", help_text)
 
 
 def quantity_of(option: str, text: str | None, unit: str) -> float | None:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from hydroservo.cli.completion import studies_like
-from hydroservo.cli.options import DecimalComma, FigureFormat, Json, Plugins, check_one_place, repeated
+from hydroservo.cli.options import DecimalComma, FigureFormat, Json, Plugins, check_one_place, list_option
 from hydroservo.cli.places import WHERE, folder_at
 
 
@@ -32,7 +32,7 @@ def study(
     ],
     changes: Annotated[
         list[str],
-        repeated(
+        list_option(
             "--set",
             "a.b=VALUE",
             "Change one entry of the study: `search.candidates=512`, `conditions.test=50`.",

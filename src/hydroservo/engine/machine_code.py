@@ -16,7 +16,7 @@ from hydroservo.engine.llvm.entries import kernel_text
 from hydroservo.engine.llvm.values import literal
 from hydroservo.engine.native import CompileError, MachineCode, prepare
 from hydroservo.engine.recipe import features
-from hydroservo.engine.schedule import scheduled
+from hydroservo.engine.schedule import schedule
 from hydroservo.language.terms import Type
 
 PROVIDED = {"memcpy", "memset", "memmove"}  # what LLVM itself may call, in every C library
@@ -79,7 +79,7 @@ def object_code(
     if wide and has_slow_roots() and not strict:
         module = parsed(with_estimated_roots(str(module)))
     if alone:
-        module = parsed(scheduled(str(module)))
+        module = parsed(schedule(str(module)))
     portable = PROVIDED.issuperset(foreign(module))
     return MachineCode(name, machine.emit_object(module), portable=portable)
 

@@ -26,17 +26,17 @@ CYCLES = {  # from operands to result, about those of processors since 2018
 }
 
 
-def scheduled(module: str) -> str:
+def schedule(module: str) -> str:
     """The text of a module whose long blocks begin what leads to their ends by the longest way first.
 
     Results keep their bits: nothing but the order of instructions changes, and none that reads or writes
     memory passes a write.
     """
     named = UNNAMED.sub(lambda number: f"%n{number[1]}" if number[1] else f"n{number[2]}", module)
-    return BLOCK.sub(lambda block: ordered(block[0]), named)
+    return BLOCK.sub(lambda block: order_block(block[0]), named)
 
 
-def ordered(block: str) -> str:
+def order_block(block: str) -> str:
     """The lines of a block, what stands between its phis and its terminator in another order."""
     lines = block.splitlines(keepends=True)
     first = sum(1 for _ in takewhile(lambda line: word(line) == "phi", lines))
@@ -44,7 +44,7 @@ def ordered(block: str) -> str:
     body = lines[first:last]
     if len(body) < LONG:
         return block
-    order = starts(dependencies(body), list(map(cycles, body)))
+    order = start_order(dependencies(body), list(map(cycles, body)))
     return "".join([*lines[:first], *(body[i] for i in order), *lines[last:]])
 
 
@@ -81,13 +81,13 @@ def dependencies(body: Sequence[str]) -> list[set[int]]:
     return needs
 
 
-def starts(needs: Sequence[set[int]], lasts: Sequence[float]) -> list[int]:
+def start_order(needs: Sequence[set[int]], durations: Sequence[float]) -> list[int]:
     """The order in which instructions start: of those that can, the one with the longest way to the end."""
     followers: list[list[int]] = [[] for _ in needs]
     for i, before in enumerate(needs):
         for earlier in before:
             followers[earlier].append(i)
-    way = list(lasts)
+    way = list(durations)
     for i in reversed(range(len(way))):
         way[i] += max((way[later] for later in followers[i]), default=0.0)
     missing, possible = list(map(len, needs)), [0.0] * len(way)
@@ -104,8 +104,8 @@ def starts(needs: Sequence[set[int]], lasts: Sequence[float]) -> list[int]:
         order.append(i)
         for later in followers[i]:
             missing[later] -= 1
-            possible[later] = max(possible[later], now + lasts[i])
+            possible[later] = max(possible[later], now + durations[i])
             if not missing[later]:
                 heappush(waiting, (possible[later], later))
-        now += 1.0 / RATE if lasts[i] else 0.0
+        now += 1.0 / RATE if durations[i] else 0.0
     return order

@@ -33,7 +33,7 @@ from hydroservo.runs.step_sizes import command_parts, with_substeps
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes
 
-BEGUN = "load.begun"  # where a recorded force, which the sensors' delay reached too, is put right
+BEGUN = "load.begins"  # where a recorded force, which the sensors' delay reached too, is put right
 GIVEN = "start.given."
 LOAD = "load."
 

@@ -37,7 +37,7 @@ def stroke_of(plant: Block) -> float:
 
 
 def check_positions(logs: Iterable[Understood], stroke: float) -> None:
-    """Refuse positions far outside of the stroke, as of a wrong unit or a zero at mid-stroke.
+    """Refuse positions far outside of the stroke [m], as of a wrong unit or a zero at mid-stroke.
 
     With them the piston would begin behind the ends of its cylinder.
     """

@@ -45,7 +45,11 @@ class Linear(NamedTuple):
 def best_prediction(
     problem: Problem, simulated: Solution, horizon: float, report: Report
 ) -> tuple[Problem, Solution]:
-    """The unknowns that make weighted errors of prediction smallest, from those that a simulation gave."""
+    """The unknowns that make weighted errors of prediction smallest, from those that a simulation gave.
+
+    A prediction forgets what was measured within the ``horizon`` [s]. The problem is then that of
+    predictions.
+    """
     best = simulated
     for number in range(DESIGNS):
         problem = predicting(problem, best.x, horizon)

@@ -114,7 +114,7 @@ def problem_of(
     threads: int,
     delays: Ends = None,
 ) -> Problem:
-    """What is fitted to what."""
+    """What is fitted to what: numbers freed begin at their nominal values, delays lie in a range [s]."""
     own = {one.path: own_value(assembly, one.path) for one in varied}
     own |= {one.path: value for one, _ in freed if (value := one.nominal) is not None}
     varied = [*varied, *(one for one, _ in freed)]

@@ -56,7 +56,7 @@ class Candidate(NamedTuple):
 
 
 def candidates(samples: int, period: float, seed: int) -> list[Candidate]:
-    """Commands of so many samples, as many of each kind.
+    """Commands of so many samples, one every ``period`` [s], as many of each kind.
 
     Source: Pintelon, Schoukens, System Identification, 2012, ch. 5 (multisines and chirps); Ljung, System
     Identification, 1999, sec. 13.3 (steps at random).
@@ -126,7 +126,7 @@ def rolled(candidate: Candidate, share: float) -> Candidate:
 
 
 def bounds_of(loop: Loop, given: Bounds) -> dict[str, tuple[float, float]]:
-    """Between what each signal must stay: what is given, and else what the machine allows.
+    """Between what each signal must stay, in SI units: what is given, and else what the machine allows.
 
     A command has the limits of its converter, its law or its valve; a position the stroke less 2 % at both
     ends; a chamber's pressure 0 (gauge) and one and a half times the supply's.

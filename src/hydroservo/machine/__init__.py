@@ -1,1 +1,1 @@
-"""The machine: plants, valves, drives, loads, sensors, and what integrates them."""
+"""The machine: plants, valves, drives, supplies, oils, loads, sensors, their integrators and theory."""

@@ -107,7 +107,7 @@ def simulate(
 
 def traced(loop: Loop, record: Sequence[str] | None, mode: Mode, progress: Progress | None) -> Trace:
     """What :func:`simulate` makes a Dataset of, with its warning; nothing says it aloud."""
-    run = prepared_run(loop, record, mode)
+    run = run_plan(loop, record, mode)
     loop, recorded = run.loop, check_records(run.loop)
     trace = checked_steps(loop, lambda stepped: run._replace(loop=stepped).trace(progress))
     return with_warning(trace, [*recorded, *loop_cautions(loop), *run_cautions(loop, trace)])
@@ -125,7 +125,8 @@ class PreparedRun(NamedTuple):
     mode: Mode
 
     def __call__(self, parameters: Mapping[str, float]) -> Trace:
-        """A run with other numbers, in SI units by path, as of :func:`~hydroservo.simulate_batch`.
+        """Run the loop with other numbers, in SI units by path, such as :func:`~hydroservo.simulate_batch`
+        varies.
 
         Returns:
             Arrays over ``time`` by recorded path and metrics by name, as in the Dataset of a run.
@@ -147,7 +148,7 @@ class PreparedRun(NamedTuple):
         return Trace(self.asked, self.loop, self.plan, self.wanted, out, values, {"diverged_by": loss.path})
 
 
-def prepared_run(loop: Loop, record: Sequence[str] | None, mode: Mode) -> PreparedRun:
+def run_plan(loop: Loop, record: Sequence[str] | None, mode: Mode) -> PreparedRun:
     """A run of a loop, checked and designed."""
     given, (asked, loop) = loop, prepare(loop)
     state = first_state(loop)
@@ -170,17 +171,18 @@ def prepare_run(
             trace = run({"plant.mass": mass})
             trace["time"], trace["plant.velocity"], trace["rms_error"]
 
-    Each run has the bits of ``simulate`` of the loop with these numbers, which are checked. What is said of
-    steps, and of all else that is doubtful, is said here of the loop as it is given; automatic substeps are
-    those that it takes.
+    The loop is run once here: its steps are judged, automatic substeps chosen, and warnings given, all for
+    the loop as it is. Later runs check their numbers alone, keep these substeps, and have the bits of
+    ``simulate`` with them. Arguments, warnings and refusals are those of :func:`simulate`.
 
-    Arguments, warnings and refusals are those of :func:`simulate`.
+    Returns:
+        What runs the loop: call it with numbers in SI units by path.
     """
     loop, mode = with_metrics(checked_loop(loop), metrics), Mode(compiled=True, strict=strict)
     judged = traced(loop, record, mode, None)
     for line in warnings_of(judged):
         warnings.warn(line, HydroservoWarning, stacklevel=2)
-    return prepared_run(with_substeps(loop, judged.loop.simulation.substeps), record, mode)
+    return run_plan(with_substeps(loop, judged.loop.simulation.substeps), record, mode)
 
 
 def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | None") -> Loop:
@@ -238,7 +240,7 @@ def run(
     mode = mode._replace(compiled=mode.compiled and not is_foreign(loop))
     chunk = max(1, (CHUNK if mode.compiled else SLOW_CHUNK) // loop.simulation.substeps)
     with coupled(studied(loop, plan.samples)) as study:
-        kernel = prepared(study, wanted_of(loop, state, plan.paths), state, mode)
+        kernel = kernel_of(study, wanted_of(loop, state, plan.paths), state, mode)
         for first in range(0, plan.samples, chunk):
             last = min(first + chunk, plan.samples)
             done = kernel.advance(first, last, period, plan.stride, out[-(-first // plan.stride) :])
@@ -264,7 +266,7 @@ def lost(loss: Loss) -> Divergence:
     return Divergence(loss is not NOTHING, loss.time)
 
 
-def prepared(study: "Study", wanted: "Wanted", state: Block, mode: Mode) -> "CompiledRun | InterpretedRun":
+def kernel_of(study: "Study", wanted: "Wanted", state: Block, mode: Mode) -> "CompiledRun | InterpretedRun":
     """The kernel of a study, at its first sample."""
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun
 

@@ -175,7 +175,7 @@ def comments_of(tuned: Tuned) -> list[str]:
 
 
 def as_toml(parameters: Mapping[str, float], command: str, remarks: Sequence[str] = ()) -> str:
-    """Values as TOML tables to paste into a scenario, under what found them."""
+    """Values in SI units by path, as TOML tables to paste into a scenario, under what found them."""
     comment = "".join(f"# {line}\n" for line in [*command.splitlines(), *remarks])
     tables = tomli_w.dumps(nested(parameters))
     return f"# In SI units, found by hydroservo {__version__} with\n{comment}\n{tables}"

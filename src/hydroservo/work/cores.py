@@ -10,7 +10,7 @@ from typing import Any
 from hydroservo.core.errors import ParameterError
 
 ALGEBRA = Lock()
-LIMITS: list[Any] = []  # on its threads: the first of them has what there was before
+LIMITS: list[Any] = []  # one for each context now open; the first restores what there was before
 
 
 def checked_count(count: int | None, name: str) -> int:

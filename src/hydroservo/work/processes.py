@@ -95,7 +95,7 @@ def new_worker(unit: Unit, folder: Path) -> Worker:
     context = get_context("spawn")  # a copy would have the locks of this one's threads, without the threads
     here, there = context.Pipe()
     process = context.Process(target=serve, args=(there, folder), daemon=True)
-    with single_threaded_algebra():
+    with single_threaded_children():
         process.start()
     there.close()  # so that the end of the process is the end of the pipe
     return Worker(process, here, unit)
@@ -148,7 +148,7 @@ def end_with_parent() -> None:
 
 
 @contextmanager
-def single_threaded_algebra() -> Iterator[None]:
+def single_threaded_children() -> Iterator[None]:
     """Processes started inside have one thread each for linear algebra: there is a process for each core."""
     before = {name: os.environ.get(name) for name in BLAS}
     os.environ.update(dict.fromkeys(BLAS, "1"))

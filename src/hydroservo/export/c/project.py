@@ -172,7 +172,11 @@ def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
 
 
 def proof_of(unit: Unit, vectors: Vectors) -> Proof:
-    """What the C compiler of this computer shows of an export."""
+    """What the C compiler of this computer shows of an export.
+
+    Raises:
+        LoopError: the C does not compile, or its numbers are not those of the vectors.
+    """
     samples = len(vectors.expected)
     with temporary_folder() as folder:
         try:

@@ -22,7 +22,7 @@ from hydroservo.export.parts import (
 from hydroservo.export.unit import Part, Unit
 from hydroservo.language.names import place_in_c
 from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.run import Mode, plan_of, prepared, ready, studied, wanted_of
+from hydroservo.runs.run import Mode, kernel_of, plan_of, ready, studied, wanted_of
 
 STRETCHES = 10
 IN_A_ROW = 50  # samples in each stretch
@@ -123,7 +123,7 @@ def closed_loop(loop: Loop) -> Iterator[tuple[float, LoopState]]:
     nothing = np.empty((1, 0))
     with compilation(loop):
         study, wanted = studied(loop, plan.samples), wanted_of(loop, state, plan.paths)
-        run = prepared(study, wanted, state, Mode(compiled=True, strict=True))
+        run = kernel_of(study, wanted, state, Mode(compiled=True, strict=True))
     done = 0
     for sample in sampled(plan.samples):
         with compilation(loop):

@@ -14,6 +14,7 @@ from hydroservo.export.texts import rendered
 from hydroservo.export.unit import FmiVersion, Part, Unit
 
 Files = dict[str, str]
+"""Texts by their path in the FMU."""
 
 
 class Interface(NamedTuple):
@@ -109,8 +110,6 @@ def check_clock(version: FmiVersion, part: Part) -> None:
     if part is not Part.CONTROLLER:
         raise ParameterError("clocked", True, f"only a controller can have a clock, and this is of {part}")
 
-
-"""Texts by their path in the FMU."""
 
 UNPREFIXED = "#define fmi2FullName(name) name\n"
 PREFIXED = """\

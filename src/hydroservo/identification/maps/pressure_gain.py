@@ -127,7 +127,7 @@ def largest_of(sweeps: Sequence[Pass], loop: Loop | None, name: str) -> float:
 
 
 def line_of(sweeps: Sequence[Pass], reach: float, name: str) -> Line:
-    """The line through samples within 40 % of the largest load pressure."""
+    """The line through samples within ``reach`` [Pa], 40 % of the largest load pressure."""
     found = line_through(chosen(sweeps, -reach, reach))
     if found is not None:
         return found

@@ -331,7 +331,7 @@ def too_fast(loops: Loops, widest: float, span: float) -> str:
 
 
 def check_slow(loops: Loops, widest: float, span: float, name: str) -> Iterator[str]:
-    """What there is to say of how fast the command was swept."""
+    """What there is to say of how fast the command was swept; ``widest`` is a share of its span [V]."""
     shown, made, rate = shown_in_volts(loops.apart[0], loops.made, loops.rate)
     whose = "the log" if loops.measured else "the scenario's valve and sampling"
     part = f"; the lag of {whose}, {quantity(loops.lag, 's')}, makes {made} of it" if loops.lag else ""

@@ -12,9 +12,9 @@ from hydroservo.core.states import overlaid
 class AsBuilt(NamedTuple):
     """Each block starts in its own first state, but for the states that are given.
 
-    ``given`` holds numbers of the loop's state under their names, as :func:`~hydroservo.core.group.nested`
-    makes
-    it: ``AsBuilt(nested({"plant.velocity": 0.1, "controller.integral": 0.5}))``.
+    ``given`` holds numbers of the loop's state under their names, as
+    :func:`~hydroservo.core.group.nested` makes it: ``AsBuilt(nested({"plant.velocity": 0.1,
+    "controller.integral": 0.5}))``.
 
     Source: a definition.
     Fails to ask whether the states given go together: the run begins with a jump of their rates where not.

@@ -49,7 +49,10 @@ class Table(NamedTuple):
 
 
 def read_binary_columns(path: Path, choose: Choose, largest: int, *, gaps: bool) -> Record:
-    """The chosen columns of a file whose ending is one of :data:`BINARY`, in its units."""
+    """The chosen columns of a file whose ending is one of :data:`BINARY`, in its units.
+
+    It has at most ``largest`` bytes; samples are missing only where ``gaps`` allows it.
+    """
     name, kind = str(path), path.suffix.lower()
     check_regular(path, largest, name)
     try:

@@ -31,7 +31,7 @@ from hydroservo.scenario.records.columns import TIME, Choose, Column, Header, Re
 HEAD = 256  # lines, in which the first rows must be
 COMMENT_SIGNS = "#%/! \t"
 LARGEST = 512 << 20  # bytes
-RECORD_ENDINGS = (".csv", ".txt", *BINARY)
+RECORD_ENDINGS = (".csv", ".txt", *BINARY)  # of files that a page offers; text may have any other, too
 
 
 class TextTable(NamedTuple):
@@ -220,9 +220,6 @@ def is_value(cell: str, delimiter: str) -> bool:
 def rows_in(head: Sequence[tuple[int, str]], delimiter: str) -> Iterator[list[str]]:
     """The cells of the lines that are not comments."""
     return (split_line(line, delimiter) for _, line in head if not is_comment(line))
-
-
-"""Of files that a page offers; text may have any other, too."""
 
 
 def read_columns(path: Path, choose: Choose, period: float | None = None, *, gaps: bool = True) -> Record:

@@ -58,7 +58,8 @@ def repeats(
 ) -> dict[tuple[str, str], Repeat]:
     """The run in the middle of each law in each cell at the level shown: the median error of its test runs.
 
-    Of an even number it is the better one in the middle; a lost run's error counts as infinite.
+    Of an even number it is the better one in the middle; a lost run's error counts as infinite. The column
+    ``parameters`` of the table is JSON: numbers in SI units by path.
     """
     levels = found.manifest["search"]["levels"]
     choice = choose_gains(judged_columns(table), found.reference, levels, found.verdicts.rules)

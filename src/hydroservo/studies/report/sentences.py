@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 from statistics import fmean
 
-from hydroservo.core.formatting import number
+from hydroservo.core.formatting import counted, number
 from hydroservo.studies.pairs import Ratio
 from hydroservo.studies.pareto import STILL
 from hydroservo.studies.report.findings import Findings, level_text, sure
@@ -288,10 +288,6 @@ def span(ratios: Sequence[float]) -> str:
     """The range of some ratios."""
     low, high = number(min(ratios)), number(max(ratios))
     return f"{low} times" if low == high else f"{low} to {high} times"
-
-
-def counted(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def listed(parts: Sequence[str], last: str = "and") -> str:

@@ -89,7 +89,7 @@ def write_report(study: Study, out: Path, progress: Progress | None = None) -> P
 
     The folder then holds ``report.html``, ``fig03`` to ``fig10``, ``verdicts`` and ``overview`` (PNG and
     SVG), ``metrics.csv``, ``metrics.json`` and ``trajectories/NAME.nc``. The files take their
-    places together, and equal studies give equal bytes.
+    places together, and equal studies give equal bytes. Returns the path of ``report.html``.
     """
     table = metrics_csv(study.metrics.astype(dict.fromkeys(FLAGS, bool)), METRIC_FIELDS)
     fingerprint = hashlib.sha256(table.encode()).hexdigest()[:12]
