@@ -4,10 +4,10 @@ import random
 import tomllib
 from collections.abc import Callable, Iterator
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import hydroservo
 from hydroservo.core.block import is_block, leaves
 from hydroservo.machine.plants import ThisMachine
 from hydroservo.scenario import load_scenario, scenario_source, scenarios
@@ -59,7 +59,7 @@ def types(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     kind = draw.choice(rooms[chosen])
     words = ["run", name, "--interpreted", *SHORT, "--set", f"{table}.type={kind}"]
     if draw.random() < 0.7:  # with all that it takes
-        example = EXAMPLES.get(getattr(import_module(f"hydroservo.{chosen}"), kind))
+        example = EXAMPLES.get(getattr(getattr(hydroservo, chosen), kind))
         words += [word for text in given(example, table) for word in ("--set", text)] if example else []
     if draw.random() < 0.5:
         words += ["--set", setting(draw, name)]
@@ -242,7 +242,7 @@ def block_names() -> dict[str, Words]:
     rooms = ("controllers", "integrators", "loads", "mechanics", "observers", "oils", "plants", "references")
     found = {}
     for room in (*rooms, "sensors", "supplies", "valves"):
-        found[room] = sorted(import_module(f"hydroservo.{room}").__all__)
+        found[room] = sorted(getattr(hydroservo, room).__all__)
     return found
 
 
