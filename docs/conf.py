@@ -42,7 +42,7 @@ nitpick_ignore_regex = [
     ),
     (
         "py:.*",
-        r"hydroservo\.(roles\.(saying\.)?BlockClass|linear\.(system\.System|operating_point\.OperatingPoint)|identification\.(segments\.Understood|result\.Fitted)|formatting\.Scale|show\.journal\.Size|studies\.multiples\..*|scenario\.(ranges\.Relative|sampling\.Variation)|runs\.step_sizes\.(Signals|Recorded))",
+        r"hydroservo\.(core\.(roles\.(saying\.)?BlockClass|formatting\.Scale)|linear\.(system\.System|operating_point\.OperatingPoint)|identification\.(segments\.Understood|result\.Fitted)|show\.journal\.Size|studies\.standing\.(OF_LIMITS|CellLimit)|scenario\.(ranges\.Relative|sampling\.Variation)|runs\.(step_sizes\.(Signals|Recorded)|trace\.Trace))",
     ),  # of signatures alone
 ]
 

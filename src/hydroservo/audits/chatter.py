@@ -142,7 +142,7 @@ def chatter(loop: Loop, *, time: float | None = None) -> Chatter:
     sampled loop has its limit cycles at fractions of the sampling rate: Kuo, Digital Control Systems, 1980
     (unverified).
     Fails for a loop that is driven to its limits and stays there, which swings no more; and as
-    :func:`~hydroservo.audits.describing.describing` and :func:`limit_cycles` do.
+    its describing function and its limit cycles do.
     """
     checked_loop(loop)
     at = busiest(loop) if time is None else time

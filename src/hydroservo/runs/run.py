@@ -114,7 +114,7 @@ def traced(loop: Loop, record: Sequence[str] | None, mode: Mode, progress: Progr
 
 
 class PreparedRun(NamedTuple):
-    """A run of a loop that fits together, and how it is kept; :func:`prepare_run` has what a user needs."""
+    """A run of a loop that fits together, and how it is kept; :func:`~hydroservo.prepare_run` makes it."""
 
     given: Loop
     asked: Loop  # that, complete
@@ -176,7 +176,7 @@ def prepare_run(
     ``simulate`` with them. Arguments, warnings and refusals are those of :func:`simulate`.
 
     Returns:
-        What runs the loop: call it with numbers in SI units by path.
+        What runs the loop; call it with numbers in SI units by path.
     """
     loop, mode = with_metrics(checked_loop(loop), metrics), Mode(compiled=True, strict=strict)
     judged = traced(loop, record, mode, None)
