@@ -60,6 +60,7 @@ TRANSLATED = [
     "return LawState(self.counted(2), self.counted(self.turns))",
     "n = 0\nfor k in range(100000):\n    n = n + k\nreturn LawState(1.0 * n, 0.0)",
     "n = 1\nfor _ in range(40):\n    n = n + n\nreturn LawState(1.0 * n, 0.0)",
+    "u = 0.0\nfor _ in range(-(2**63)):\n    u = y.velocity\nreturn LawState(u, 0.0)",
     "u = ops.where(y.velocity > 0.1, 10**-3, 10**-2)\nreturn LawState(u, 1.0)",
     "k = 2\nif y.velocity > 0.1:\n    k = 1 << 40\nreturn LawState(1.0 * k, 1.0 * (k + True))",
     "p = LawState(y.velocity, 1.0)\nf = p.total\np = LawState(9.0, 9.0)\nreturn LawState(f(), p.total())",

@@ -15,6 +15,7 @@ from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.liveness import Needed, matters
 from hydroservo.export.texts import comment, in_comment
 from hydroservo.language.names import identifier, numbered
+from hydroservo.language.ranges import LARGEST
 from hydroservo.language.terms import (
     BOOL,
     INT,
@@ -385,7 +386,9 @@ def file_of(module: str) -> str:
 
 def whole_literal(value: int) -> str:
     """The literal of a whole number."""
-    return str(int(value)) if abs(value) < SHORT else f"INT64_C({value})"
+    if abs(value) < SHORT:
+        return str(int(value))
+    return "INT64_MIN" if value < -LARGEST else f"INT64_C({value})"  # C has no literal of -2^63
 
 
 def single_literal(value: float) -> str:
