@@ -95,7 +95,7 @@ def test_an_edited_component_is_seen(place: Path, tmp_path: Path) -> None:
     package.parent.mkdir()
     copy(Path(hydroservo.__file__).parent, package)
     before, _ = ran(place, source=package.parent)
-    law = package / "controllers" / "pi.py"
+    law = package / "control" / "controllers" / "pi.py"
     text = law.read_text()
     assert "self.proportional_gain *" in text
     law.write_text(text.replace("self.proportional_gain *", "0.5 * self.proportional_gain *"))
