@@ -37,7 +37,7 @@ def _show_in_notebooks() -> None:
 
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     if shell is not None:
-        import_module(f"{__name__}.notebook.display").show_results_in(shell)
+        import_module(f"{__name__}.notebook").show_results_in(shell)
 
 
 _show_in_notebooks()

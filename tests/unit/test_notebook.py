@@ -13,8 +13,7 @@ from IPython.core.interactiveshell import InteractiveShell
 import hydroservo as hs
 from hydroservo.core.formatting import number
 from hydroservo.linear import margins
-from hydroservo.notebook import show_results_in
-from hydroservo.notebook.display import result_html
+from hydroservo.notebook import result_html, show_results_in
 from hydroservo.testing.examples import example
 from hydroservo.work import notebook_bar
 from hydroservo.work.notebook_bar import Bar, shows_progress

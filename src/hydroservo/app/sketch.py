@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from hydroservo.control.loop import AUTO, Loop
-from hydroservo.runs.run import Mode, run_plan
+from hydroservo.runs.run import Mode, PreparedRun
 from hydroservo.runs.step_sizes import with_substeps
 from hydroservo.runs.trace import dataset
 
@@ -20,7 +20,7 @@ def sketched_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -
         substeps: those of the last whole run, for a loop whose substeps are automatic.
         progress: called with the fraction done.
     """
-    run = run_plan(loop, None, Mode(compiled=True, strict=False))
+    run = PreparedRun.of(loop, None, Mode(compiled=True, strict=False))
     if loop.simulation.substeps == AUTO:
         run = run._replace(loop=with_substeps(run.loop, substeps))
     return dataset(run.trace(progress))

@@ -4,7 +4,7 @@ import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
@@ -107,7 +107,7 @@ def simulate(
 
 def traced(loop: Loop, record: Sequence[str] | None, mode: Mode, progress: Progress | None) -> Trace:
     """What :func:`simulate` makes a Dataset of, with its warning; nothing says it aloud."""
-    run = run_plan(loop, record, mode)
+    run = PreparedRun.of(loop, record, mode)
     loop, recorded = run.loop, check_records(run.loop)
     trace = checked_steps(loop, lambda stepped: run._replace(loop=stepped).trace(progress))
     return with_warning(trace, [*recorded, *loop_cautions(loop), *run_cautions(loop, trace)])
@@ -123,6 +123,15 @@ class PreparedRun(NamedTuple):
     plan: Plan
     wanted: Sequence[str]  # paths of the plan which a user asked for
     mode: Mode
+
+    @classmethod
+    def of(cls, given: Loop, record: Sequence[str] | None, mode: Mode) -> Self:
+        """A run of a loop, checked and designed."""
+        asked, loop = prepare(given)
+        state = first_state(loop)
+        wanted = paths_of(loop, state) if record is None else tuple(as_list("record", record, "paths"))
+        plan = plan_of(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
+        return cls(given, asked, loop, state, plan, wanted, mode)
 
     def __call__(self, parameters: Mapping[str, float]) -> Trace:
         """Run the loop with other numbers, in SI units by path, such as :func:`~hydroservo.simulate_batch`
@@ -146,15 +155,6 @@ class PreparedRun(NamedTuple):
             states, loss = run(self.loop, self.state, self.plan, out, self.mode, progress)
         values = values_of(monitors_of(self.loop), states, lost(loss))
         return Trace(self.asked, self.loop, self.plan, self.wanted, out, values, {"diverged_by": loss.path})
-
-
-def run_plan(loop: Loop, record: Sequence[str] | None, mode: Mode) -> PreparedRun:
-    """A run of a loop, checked and designed."""
-    given, (asked, loop) = loop, prepare(loop)
-    state = first_state(loop)
-    wanted = paths_of(loop, state) if record is None else tuple(as_list("record", record, "paths"))
-    plan = plan_of(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
-    return PreparedRun(given, asked, loop, state, plan, wanted, mode)
 
 
 def prepare_run(
@@ -182,7 +182,7 @@ def prepare_run(
     judged = traced(loop, record, mode, None)
     for line in warnings_of(judged):
         warnings.warn(line, HydroservoWarning, stacklevel=2)
-    return run_plan(with_substeps(loop, judged.loop.simulation.substeps), record, mode)
+    return PreparedRun.of(with_substeps(loop, judged.loop.simulation.substeps), record, mode)
 
 
 def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | None") -> Loop:
