@@ -51,7 +51,7 @@ class Rig(NamedTuple):
     substeps: int
 
     def after(self, m: Maths, t: Any, x: State, action: Any) -> State:
-        """The state (velocity, load force, position, opening) a sample period later."""
+        """The state (velocity, hydraulic force, position, opening) a sample period later."""
         c, h = self.machine, self.period / self.substeps
         asked = m.smaller(m.larger(c.valve_gain * self.limit * action, -c.max_opening), c.max_opening)
 

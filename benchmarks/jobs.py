@@ -179,7 +179,7 @@ def exact(loop: Loop) -> Result:
 
 def end_state(state: ArrayLike) -> Result:
     """What the plant's state at the end is compared by."""
-    names = ("velocity", "load_force", "position")
+    names = ("velocity", "hydraulic_force", "position")
     return {name: np.atleast_1d(value) for name, value in zip(names, np.asarray(state), strict=True)}
 
 

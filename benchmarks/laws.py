@@ -1,8 +1,8 @@
 """The closed loop of the paper for tools that take a function, written over the mathematics of each tool.
 
 Equations of doi:10.1007/s42401-021-00087-w, SI units. Constants are formed once per run, as in c/laws.h. A
-machine's state is (velocity, load force, position); a controller's is (command, the observer's v1, v2 and g2,
-the filtered rate of d1, the last d1).
+machine's state is (velocity, hydraulic force, position); a controller's is (command, the observer's v1, v2
+and g2, the filtered rate of d1, the last d1).
 """
 
 import math

@@ -22,7 +22,7 @@ class PressureFeedbackPIState(NamedTuple):
 
     u: Annotated[float, Field("V", "command")]
     integral: Annotated[float, Field("V", "integral part of the command")]
-    slow_force: Annotated[float, Field("N", "load force through the low-pass")]
+    slow_force: Annotated[float, Field("N", "hydraulic force through the low-pass")]
 
 
 @role(Controller)
@@ -54,12 +54,12 @@ class PressureFeedbackPI(NamedTuple):
     ) -> PressureFeedbackPIState:
         error = r.value - y.velocity
         integral = s.integral + dt * self.integral_gain * error
-        slow_force = s.slow_force + dt / (self.force_time + dt) * (y.load_force - s.slow_force)
+        slow_force = s.slow_force + dt / (self.force_time + dt) * (y.hydraulic_force - s.slow_force)
         wanted = (
             self.feedforward * r.value
             + self.proportional_gain * error
             + integral
-            - self.force_gain * (y.load_force - slow_force)
+            - self.force_gain * (y.hydraulic_force - slow_force)
         )
         u = self.saturation.apply(wanted)
         windup = (wanted - u) * error > 0.0

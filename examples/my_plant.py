@@ -74,18 +74,20 @@ class Hoist(NamedTuple):
         taken = self.area() * s.velocity + self.leakage * (s.pressure_a - s.pressure_b)
         stiffness = self.bulk_modulus / self.line_volume
         return HoistState(
-            velocity=(self.load_force(s) - resistance) / self.moving_mass(),
+            velocity=(self.hydraulic_force(s) - resistance) / self.moving_mass(),
             position=s.velocity,
             pressure_a=stiffness * (flows.a - taken),
             pressure_b=stiffness * (taken - flows.b),
         )
 
-    def load_force(self, s: HoistState) -> float:
+    def hydraulic_force(self, s: HoistState) -> float:
         return self.area() * (s.pressure_a - s.pressure_b)
 
     def outputs(self, s: HoistState, line: Pressures, force: float) -> MachineOutputs:
         met = self.mass * self.gravity + force
-        return MachineOutputs(s.velocity, self.load_force(s), s.position, s.pressure_a, s.pressure_b, met)
+        return MachineOutputs(
+            s.velocity, self.hydraulic_force(s), s.position, s.pressure_a, s.pressure_b, met
+        )
 
     def simplified(self) -> LoadPressurePlant:
         return LoadPressurePlant(

@@ -41,12 +41,12 @@ KALMAN = {
     "observer.disturbance_1": 3.0,
     "observer.disturbance_2": 1e4,
     "observer.velocity_noise": 0.5e-3,
-    "observer.load_force_noise": 5.0,
+    "observer.hydraulic_force_noise": 5.0,
 }
 HIGH_GAIN = {
     "observer.type": "HighGainObserver",
     "observer.velocity_rate": 100.0,
-    "observer.load_force_rate": 100.0,
+    "observer.hydraulic_force_rate": 100.0,
 }
 
 

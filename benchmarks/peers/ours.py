@@ -16,7 +16,7 @@ from hydroservo.engine.cuda_driver import has_device
 
 __all__ = ["Ours", "Strict"]
 
-STATES = ("plant.velocity", "plant.load_force", "plant.position")
+STATES = ("plant.velocity", "plant.hydraulic_force", "plant.position")
 PERIODS = 10  # of the plant alone; the steps to try are multiples of it
 
 

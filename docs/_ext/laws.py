@@ -25,7 +25,7 @@ MEAN = 20  # samples of an error that is shown, whose noise would hide it
 GREY = "#aaaaaa"
 COST = "instructions of a step, Cortex-M4F, single precision ({doc}`../target`)"
 
-BOTH = "velocity, load force"
+BOTH = "velocity, hydraulic force"
 LAGGED = "the machine, at rest, and the valve's lag"
 WHOLE = "the machine and the valve's lag"
 NOISE = f"{WHOLE}; the noise of both sensors"
@@ -149,7 +149,7 @@ def elsewheres(name: str) -> Mapping[str, Any]:
     quick = {"valve.time_constant": 0.5 * lag}
     loud = {
         "sensors.velocity_noise": 4.0 * noise.velocity_noise,
-        "sensors.load_force_noise": 4.0 * noise.load_force_noise,
+        "sensors.hydraulic_force_noise": 4.0 * noise.hydraulic_force_noise,
     }
     return {
         "as searched": loop,

@@ -23,7 +23,7 @@ truth = {
 rig = hs.simulate(hs.load_scenario("rig/1khz-pi-square", demand | truth))
 
 noise = np.random.default_rng(seed=0)
-pressure = rig["plant.load_force"].values / 4.91e-4  # of the area; Pa
+pressure = rig["plant.hydraulic_force"].values / 4.91e-4  # of the area; Pa
 columns = [
     rig["time"].values,
     rig["controller.u"].values,
@@ -55,7 +55,7 @@ uncertainty = { scale = 0 }
 time = "Zeit"
 command = "Sollwert Ventil"
 velocity = "Kolben"
-load_force = { column = "Differenzdruck", scale = "306.875 N/mA", offset = "-3682.5 N" }
+hydraulic_force = { column = "Differenzdruck", scale = "306.875 N/mA", offset = "-3682.5 N" }
 """)
 ranges = {"plant.mass": "-40%..+70%", "plant.bulk_modulus": "-40%..+70%", "valve.time_constant": "5..20 ms"}
 found = hs.identify("rig.toml", "rig.txt", ranges)

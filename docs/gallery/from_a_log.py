@@ -1,9 +1,9 @@
 # %% [markdown]
 # # From a log to the machine
 #
-# A bench recorded its command, and with noise the velocity and the load force. Its piston with all that it
-# carries is heavier and its valve slower than anyone said. The bench here is a simulation too, so that what
-# is found can be held against what is true.
+# A bench recorded its command, and with noise the velocity and the hydraulic force. Its piston with all that
+# it carries is heavier and its valve slower than anyone said. The bench here is a simulation too, so that the
+# estimates can be compared with the truth.
 
 # %%
 import numpy as np
@@ -19,7 +19,8 @@ log = {
     "time": bench["time"].values,
     "command": bench["controller.u"].values,
     "velocity": bench["plant.velocity"].values + noise.normal(scale=2e-4, size=bench.sizes["time"]),
-    "load_force": bench["plant.load_force"].values + noise.normal(scale=5.0, size=bench.sizes["time"]),
+    "hydraulic_force": bench["plant.hydraulic_force"].values
+    + noise.normal(scale=5.0, size=bench.sizes["time"]),
 }
 
 # %%

@@ -25,7 +25,7 @@ from tests.support.commands.processes import heavy_libraries_of, leaves_nothing,
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 
 NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
-NOISY = "sensors={type='NoisySensors', velocity_noise='0.5 mm/s', load_force_noise='5 N'}"
+NOISY = "sensors={type='NoisySensors', velocity_noise='0.5 mm/s', hydraulic_force_noise='5 N'}"
 SHORT = ("--set", "simulation.duration=5 ms", "--set", NOISY)
 VARIED = ("--vary", "plant.bulk_modulus=-30%..+30%", "--vary", "controller.velocity_gain=1500..2500")
 BATCH = ("batch", NAME, *SHORT, *VARIED, "--seeds")

@@ -35,7 +35,7 @@ def test_a_run_is_replayed_to_the_bit(name, changes):
         "controller.model.plant.damping=10..90",
         "sensors.velocity_noise=0..1mm/s",
     )
-    changes = [*changes, "sensors={type='NoisySensors', velocity_noise=5e-4, load_force_noise=5}"]
+    changes = [*changes, "sensors={type='NoisySensors', velocity_noise=5e-4, hydraulic_force_noise=5}"]
     loop, found = drawn(*ranges, changes=changes, runs=20, seeds=True, name=name)
     for i in range(20):
         assert scenario_hash(again(name, changes, found, i)) == scenario_hash(alone(loop, found, i))

@@ -98,7 +98,7 @@ def constant(table, column):
         ({"velocity": in_bar}, "does not convert to m/s"),
         ({"velocity": text_in}, "line 9, column velocity [m/s]: 'off' must be a finite number"),
         ({"time": backwards}, "line 11, column time [s]"),
-        ({"velocity": constant, "load_force": constant}, "never changes, and nothing else is measured"),
+        ({"velocity": constant, "hydraulic_force": constant}, "never changes, and nothing else is measured"),
     ],
 )
 def test_a_wrong_log_is_one_line(log, tmp_path, columns, said):

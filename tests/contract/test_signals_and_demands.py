@@ -21,7 +21,7 @@ SIGNALS = {  # unit, amount of a demand, gain
     "Velocity": ("m/s", 0.03, "5 V s/m"),
     "Position": ("m", 0.04, "10 V/m"),
     "Force": ("N", 100.0, "1e-3 V/N"),
-    "LoadForce": ("N", 100.0, "1e-3 V/N"),
+    "HydraulicForce": ("N", 100.0, "1e-3 V/N"),
     "LoadPressure": ("Pa", 2e5, "1e-6 V/Pa"),
     "PressureA": ("Pa", 2e6, "1e-6 V/Pa"),
     "PressureB": ("Pa", 2e6, "1e-6 V/Pa"),
@@ -133,7 +133,7 @@ def own_signal(data: xr.Dataset, loop: Loop, signal: str) -> np.ndarray:
     }
     if signal == "LoadPressure":
         return state["pressure_a"] - state["pressure_b"]
-    if signal == "LoadForce":
+    if signal == "HydraulicForce":
         return loop.plant.area_a * state["pressure_a"] - loop.plant.area_b * state["pressure_b"]
     if signal == "Force":
         return 1e4 * (state["position"] - 0.039)

@@ -46,7 +46,7 @@ def test_a_rate_is_searched_as_far_as_the_samples_go(factorial: Mapping[str, Any
         f"{pull}first_pole",
         f"{pull}second_pole",
         f"{observer}velocity_rate",
-        f"{observer}load_force_rate",
+        f"{observer}hydraulic_force_rate",
     }
     assert {fast[path][1] / slow[path][1] for path in further} == {10.0}
 

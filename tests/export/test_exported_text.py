@@ -88,7 +88,7 @@ def test_single_precision_is_near(tmp_path: Path) -> None:
     units = {p: exported_unit(loop, Part.CONTROLLER, **NAMED, precision=p) for p in Precision}
     assert "double" not in units[Precision.SINGLE].source.partition("*/")[2].replace("double-", "")
     names = [one.path for argument in units[Precision.SINGLE].arguments for one in argument.signals]
-    size = {"measurement.velocity": 1e-5, "measurement.load_force": 100.0, "measurement.command": 0.5}
+    size = {"measurement.velocity": 1e-5, "measurement.hydraulic_force": 100.0, "measurement.command": 0.5}
     rows = draw.normal(size=(50, len(names))) * [size.get(name, 1e-5) for name in names]
     found = {p: run(unit, rows, tmp_path) for p, unit in units.items()}
     single, double = found[Precision.SINGLE], found[Precision.DOUBLE]

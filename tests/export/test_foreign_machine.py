@@ -39,7 +39,13 @@ def around(name: str, version: FmiVersion, **more: Any) -> Loop:
 def test_a_law_around_its_exported_machine_gives_the_bits_of_its_run(version: FmiVersion) -> None:
     own = simulate(load_scenario(PI, SHORT), strict=True)
     found = simulate(around(PI, version))
-    names = ["plant.velocity", "plant.position", "plant.load_force", "controller.u", "controller.integral"]
+    names = [
+        "plant.velocity",
+        "plant.position",
+        "plant.hydraulic_force",
+        "controller.u",
+        "controller.integral",
+    ]
     for name in names:
         np.testing.assert_array_equal(found[name], own[name], err_msg=name)
     for name in ("control_rms", "control_total_variation"):
@@ -86,7 +92,7 @@ def test_parameters_of_the_fmu_are_set() -> None:
         ({"hold": {"type": "DelayedHold", "delay": 2e-4}}, ParameterError, "must be whole communication"),
         ({"start.given.plant.position": 0.1}, ParameterError, "starts where itself says"),
         (
-            {"plant.signals.load_force": "plant.velocity"},
+            {"plant.signals.hydraulic_force": "plant.velocity"},
             ScenarioError,
             "in m/s and does not convert",
         ),

@@ -18,7 +18,7 @@ from tests.support.work.units import contents
 
 RUNS = 131
 SHORT = {"simulation.duration": "5 ms"}
-NOISY = {"type": "NoisySensors", "velocity_noise": "0.5 mm/s", "load_force_noise": "5 N"}
+NOISY = {"type": "NoisySensors", "velocity_noise": "0.5 mm/s", "hydraulic_force_noise": "5 N"}
 EDGES = {"type": "Orifice.rated", "rated_flow": "400 L/min", "rated_drop": "70 bar", "rated_opening": "5 mm"}
 AUTO = {"simulation.duration": "20 ms", "simulation.period": "1 ms", "simulation.substeps": "auto"}
 CASES = {

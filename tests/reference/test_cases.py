@@ -132,6 +132,6 @@ def test_the_accumulator_empties_and_halves_the_valve_s_gain() -> None:
 
 def test_the_encoder_shows_whole_counts_and_nothing_else() -> None:
     loop = load_scenario("cases/encoder")
-    assert {"load_force", "pressure_a", "pressure_b"} <= set(loop.sensors.missing())
+    assert {"hydraulic_force", "pressure_a", "pressure_b"} <= set(loop.sensors.missing())
     counts = simulate(loop)["sensors.position.value"].values / 20e-6
     assert np.allclose(counts, np.rint(counts), atol=1e-6)

@@ -58,7 +58,7 @@ STIFFNESS = 4.0 * BULK * AREA**2 / VOLUME  # [N/m]
 
 
 def jacobian(plant: LoadPressurePlant) -> np.ndarray:
-    """d(rates)/d(velocity, load force) of a free plant, by central differences; the plant is linear."""
+    """d(rates)/d(velocity, hydraulic force) of a free plant, by central differences; the plant is linear."""
 
     def rates(velocity: float, force: float) -> np.ndarray:
         return np.array(plant.deriv(LoadPressureState(velocity, force, 0.0), CLOSED, 0.0)[:2])
@@ -89,7 +89,7 @@ def test_steady_velocity_gain_near_rest() -> None:
         rate = loop.deriv(
             0.0, MachineState(plant, StaticValveState(), IdealSupplyState(), ValveOnSupplyState()), u
         ).plant
-        return [rate.velocity, rate.load_force]
+        return [rate.velocity, rate.hydraulic_force]
 
     gain = fsolve(rates, [1.0, 1.0], xtol=1e-12)[0]
     flow_gain = DISCHARGE * GRADIENT * VALVE_GAIN * math.sqrt(SUPPLY / DENSITY)
@@ -125,8 +125,8 @@ def test_perturbed_parameters_make_a_disturbance_of_about_1e4() -> None:
     """Over one second of the sine demand, which holds its peak."""
     simulation = Simulation(1.0, 1e-4, 2, 1e-3)
     loop = replace(example(Loop, simulation=simulation, controller=Nominal()), UPWARD)
-    run = simulate(loop, record=["plant.velocity", "plant.load_force", "controller.u", "disturbance.d2"])
-    x1, x2, u = (run[name].values for name in ("plant.velocity", "plant.load_force", "controller.u"))
+    run = simulate(loop, record=["plant.velocity", "plant.hydraulic_force", "controller.u", "disturbance.d2"])
+    x1, x2, u = (run[name].values for name in ("plant.velocity", "plant.hydraulic_force", "controller.u"))
     area = DISCHARGE * GRADIENT * VALVE_GAIN * u
     root = np.sqrt((SUPPLY - np.sign(u) * x2 / AREA) / DENSITY)
     nominal_flow = area * root - AREA * x1 - LEAKAGE * x2 / AREA

@@ -59,7 +59,7 @@ def test_the_matrices_of_a_built_in_law_give_its_response(name: str) -> None:
 def seven_states(h: float) -> control.StateSpace:
     """A stable law of the error of no particular use, with a demand of its own and three measured signals."""
     draw = np.random.default_rng(0)
-    names = ["reference_value", "reference_rate", "velocity", "load_force", "position"]
+    names = ["reference_value", "reference_rate", "velocity", "hydraulic_force", "position"]
     a = np.diag(np.linspace(-0.5, 0.9, 7)) + np.triu(draw.normal(0.0, 0.1, (7, 7)), 1)
     scale = np.array([1.0, 1e-2, 1.0, 1e-5, 1e-2])
     b, d = draw.normal(0.0, 0.05, (7, 5)) * scale, draw.normal(0.0, 0.5, (1, 5)) * scale
@@ -92,7 +92,7 @@ def linear_loop() -> Loop:
         lambda h: control.tf([2.0 + 40.0 * h, -2.0], [1.0, -1.0], h),
         seven_states,
         lambda h: control.ss(
-            [], [], [], [[10.0, -8.0, -1e-4]], h, inputs=["reference_value", "velocity", "load_force"]
+            [], [], [], [[10.0, -8.0, -1e-4]], h, inputs=["reference_value", "velocity", "hydraulic_force"]
         ),
     ],
     ids=["PI", "seven states", "gains"],
@@ -142,7 +142,7 @@ def test_a_scenario_keeps_the_signals_of_its_law(tmp_path: Path) -> None:
         type(one.signal).__name__
         for one in (read.controller.first, read.controller.second, read.controller.third)
     ]
-    assert signals == ["Velocity", "LoadForce", "Position"]
+    assert signals == ["Velocity", "HydraulicForce", "Position"]
     np.testing.assert_array_equal(simulate(read)["controller.u"], run(loop, law))
 
 
@@ -167,7 +167,7 @@ def ss(states: int, inputs: list[str] | int, outputs: int = 1, h: float = 1e-3) 
         (ss(1, 1, 2), "must have one output, the command"),
         (ss(1, ["velocty", "position"]), "did you mean velocity?"),
         (
-            ss(1, ["velocity", "position", "force", "load_force"]),
+            ss(1, ["velocity", "position", "force", "hydraulic_force"]),
             "are 4 measured signals; at most 3 are allowed",
         ),
         (control.ss([[math.nan]], [[1.0]], [[1.0]], [[1.0]], 1e-3), "must be finite numbers"),

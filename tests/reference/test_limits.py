@@ -47,7 +47,7 @@ class Mover(NamedTuple):
         pushed = self.gain * flows.a - self.damping * s.velocity - self.stiffness * s.position
         return MoverState(pushed, s.velocity)
 
-    def load_force(self, s: MoverState) -> float:
+    def hydraulic_force(self, s: MoverState) -> float:
         return 0.0 * s.velocity
 
     def outputs(self, s: MoverState, line: Pressures, force: float) -> MachineOutputs:

@@ -53,7 +53,7 @@ def test_a_symmetric_machine_has_the_frequency_and_damping_of_the_textbook(name:
     plant, valve = point.loop.plant, point.loop.valve
     coefficient = 0.0
     if command:
-        orifice, load = valve.orifice, point.machine.plant.load_force / plant.piston_area
+        orifice, load = valve.orifice, point.machine.plant.hydraulic_force / plant.piston_area
         line = point.loop.supply.pressures(point.machine.supply)
         opening = valve.gain * abs(command)
         drop = line.supply - line.tank - math.copysign(1.0, command) * load

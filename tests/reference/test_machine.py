@@ -22,7 +22,12 @@ from hydroservo.testing.examples import example
 
 DURATION, PERIOD, SUBSTEPS = 1.0, 1e-3, 50
 TOLERANCE = 1e-8  # largest error over 1 s of each state, relative to its largest size
-SIZES = {"plant.velocity": 0.03, "plant.load_force": 100.0, "plant.position": 0.04, "valve.opening": 1e-5}
+SIZES = {
+    "plant.velocity": 0.03,
+    "plant.hydraulic_force": 100.0,
+    "plant.position": 0.04,
+    "valve.opening": 1e-5,
+}
 
 
 @cache

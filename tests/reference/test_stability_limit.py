@@ -49,7 +49,7 @@ def test_routh_allows_8_4(limit: float) -> None:
 
 
 def linear_force(gain: float, samples: int) -> np.ndarray:
-    """The load force [N] of the sampled loop linearised at rest, exact at the samples."""
+    """The hydraulic force [N] of the sampled loop linearised at rest, exact at the samples."""
     machine = np.zeros((4, 4))  # velocity, force, opening, and the held command
     machine[0, :2] = -DAMPING / MASS, 1.0 / MASS
     machine[1, :3] = -STIFFNESS * AREA**2, -STIFFNESS * LEAKAGE, STIFFNESS * AREA * FLOW_GAIN / VALVE_GAIN
@@ -72,7 +72,7 @@ def simulated_force(gain: float) -> np.ndarray:
         reference=Step(0.0, STEP, 0.0),
         load=Constant(0.0),
     )
-    return simulate(loop, record=["plant.load_force"])["plant.load_force"].values
+    return simulate(loop, record=["plant.hydraulic_force"])["plant.hydraulic_force"].values
 
 
 @pytest.mark.parametrize("share", [0.8, 0.95, 1.05, 1.2])

@@ -112,7 +112,7 @@ def test_friction_of_a_real_bench_is_that_of_its_page():
     log = page.logs()[0]
     fitted = page.fitted(log).friction
     force = log["force"] - page.AREA * page.drop(log) - page.springs(log) @ fitted.besides
-    given = {"time": log["time"], "velocity": log["velocity"], "load_force": force}
+    given = {"time": log["time"], "velocity": log["velocity"], "hydraulic_force": force}
     found = hs.map_logs("friction", given)
     v, map_at = found.curve["velocity"].values, found.curve["friction"].values
     moves = np.abs(v) >= page.SPEEDS[0]

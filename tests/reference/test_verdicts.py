@@ -53,7 +53,7 @@ CASES = [
     ),
     Case(
         "hysteresis",
-        ("velocity", "load_force"),
+        ("velocity", "hydraulic_force"),
         ("plant.mechanism.mass", "plant.mechanism.stiffness", OIL, "valve.natural_frequency"),
         "valve.hysteresis",
         "valve hysteresis",

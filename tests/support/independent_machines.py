@@ -18,7 +18,7 @@ SUBSTEPS = 10
 ATMOSPHERE = 101325.0
 CENTRING = 15.0  # V/m, by which a command leads the piston back to where it began
 LARGEST = 10.0  # V
-SPANS = {"position": 0.1, "velocity": 0.3, "pressure_a": 1e7, "pressure_b": 1e7, "load_force": 1e4}
+SPANS = {"position": 0.1, "velocity": 0.3, "pressure_a": 1e7, "pressure_b": 1e7, "hydraulic_force": 1e4}
 
 Rows = NDArray[np.float64]
 Log = dict[str, NDArray[np.float64]]
@@ -132,7 +132,7 @@ def simulated(p: Mapping[str, Any], excited: Rows) -> dict[str, Rows]:
             x = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
     shown = dict(zip(State._fields, np.moveaxis(np.array(rows), 1, 0), strict=True))
     force = p["plant.area_a"] * shown["pressure_a"] - p["plant.area_b"] * shown["pressure_b"]
-    return shown | {"load_force": force, "command": np.array(commands)}
+    return shown | {"hydraulic_force": force, "command": np.array(commands)}
 
 
 def rates(p: Mapping[str, Any], x: Rows, u: Rows) -> Rows:

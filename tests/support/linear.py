@@ -13,7 +13,7 @@ Matrix = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class Sampled:
-    """x_(k+1) = A x_k + B r_k: velocity, load force and position of the machine, then the law's state.
+    """x_(k+1) = A x_k + B r_k: velocity, hydraulic force and position of the machine, then the law's state.
 
     Args:
         law: a law that is linear near rest, its own signal filled in.

@@ -65,7 +65,7 @@ search = { candidates = 256, widen = 0, levels = [1.0, 2.0] }
 
 [known]
 KalmanObserver.velocity_noise = "sensors.velocity_noise"
-KalmanObserver.load_force_noise = "sensors.load_force_noise"
+KalmanObserver.hydraulic_force_noise = "sensors.hydraulic_force_noise"
 """
 
 LOGS = {  # scenarios whose runs are the logs that commands read

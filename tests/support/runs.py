@@ -7,7 +7,7 @@ from hydroservo import Loop, Simulation, replace
 from hydroservo.control.controllers import PI
 from hydroservo.testing.examples import example
 
-PATHS = ["plant.velocity", "controller.u", "plant.load_force"]
+PATHS = ["plant.velocity", "controller.u", "plant.hydraulic_force"]
 LOOP = example(Loop, simulation=Simulation(0.05, 1e-4, 1, 1e-3), controller=PI(0.3, 100.0))
 EVERY_SAMPLE = replace(LOOP, {"simulation.record_period": 1e-4})
 

@@ -22,9 +22,9 @@ SILENT = "plant.stroke"  # nothing depends on it
 RANGES = dict.fromkeys((*TOLD, *TOGETHER), "-40%..+70%") | {SILENT: "-10%..+10%"}
 LATE = 3  # samples
 OUTLIERS = 8  # of each signal
-NOISE = {"velocity": 2e-4, "load_force": 5.0}  # standard deviations
+NOISE = {"velocity": 2e-4, "hydraulic_force": 5.0}  # standard deviations
 EXAMPLE = {**SHORT, "simulation.duration": "0.5 s", "reference.period": "0.2 s"}  # of examples/bench_log.csv
-RESOLUTION = {"velocity": 1e-4, "load_force": 2.0}
+RESOLUTION = {"velocity": 1e-4, "hydraulic_force": 2.0}
 
 Signals = dict[str, NDArray[np.float64]]
 
@@ -36,7 +36,7 @@ def exact_log(changes: Mapping[str, object] = SHORT, scenario: str = SCENARIO) -
         "time": run.time.values,
         "command": run["controller.u"].values,
         "velocity": run["plant.velocity"].values,
-        "load_force": run["plant.load_force"].values,
+        "hydraulic_force": run["plant.hydraulic_force"].values,
     }
 
 

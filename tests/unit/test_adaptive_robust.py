@@ -29,8 +29,8 @@ KNOWN = Unknowns(1.0, 1.0, 1.0, 1.0, 0.0, 0.0)
 STILL = Demand(0.0, 0.0, 0.0)
 
 
-def seen(velocity: float, load_force: float, command: float) -> Measurement:
-    return Measurement(velocity, load_force, NAN, command, NAN, NAN, NAN)
+def seen(velocity: float, hydraulic_force: float, command: float) -> Measurement:
+    return Measurement(velocity, hydraulic_force, NAN, command, NAN, NAN, NAN)
 
 
 class Run(NamedTuple):
@@ -60,7 +60,7 @@ def motion(
 
     Args:
         steps: of the integrator in a sample period.
-        noise: rms of the measured velocity's [m/s], and a 1e4 of the load force's [N].
+        noise: rms of the measured velocity's [m/s], and a 1e4 of the hydraulic force's [N].
         lost: the sample whose measurement is not a number.
         friction: an acceleration that depends on the velocity [m/s^2].
     """
@@ -117,8 +117,8 @@ def test_without_adaptation_it_is_backstepping(
     law = example(AdaptiveRobust, 300.0, 700.0, 0.0, 0.0, model=MODEL, observer=observer)
     other = Backstepping(300.0, 700.0, MODEL, observer=observer)
     s, o = law.init(), other.init()
-    for velocity, load_force, value, rate in rows:
-        y, r = seen(velocity, load_force, o.u), Demand(value, rate, 3.0 * rate)
+    for velocity, hydraulic_force, value, rate in rows:
+        y, r = seen(velocity, hydraulic_force, o.u), Demand(value, rate, 3.0 * rate)
         s, o = law.step(s, y, r, 1e-3), other.step(o, y, r, 1e-3)
         assert s.u == pytest.approx(o.u, rel=1e-9, abs=1e-9)
     assert s.estimates == KNOWN

@@ -124,7 +124,7 @@ def test_any_law_of_the_velocity_serves_a_position(name: str) -> None:
     path = "controller.controller.controller.controller"
     if name == "Inverting":
         loop = replace(loop, {"controller.controller.threshold": 0.71235})
-        found = {"disturbance_1": 0.058702, "disturbance_2": 3280.1, "load_force_noise": 552.5}
+        found = {"disturbance_1": 0.058702, "disturbance_2": 3280.1, "hydraulic_force_noise": 552.5}
         observer = replace(value_at(loop, f"{path}.observer"), found)
         law = Inverting(TerminalPull(400.0, 400.0, 0.01, 0.1, 5 / 7, 5 / 9), observer)
         loop = replace(loop, {path: law, "controller.controller.controller.proportional_gain": 80.0})

@@ -32,7 +32,7 @@ class Estimates(NamedTuple):
     d1: float
     d2: float
     velocity: float
-    load_force: float
+    hydraulic_force: float
 
 
 class Told(NamedTuple):
@@ -47,7 +47,7 @@ class Told(NamedTuple):
         return Estimates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, s: Estimates, model: DesignModel, y: Measurement, dt: float) -> Estimates:
-        return Estimates(self.s1, self.s2, self.d1, self.d2, y.velocity, y.load_force)
+        return Estimates(self.s1, self.s2, self.d1, self.d2, y.velocity, y.hydraulic_force)
 
 
 observers = st.builds(
@@ -104,7 +104,7 @@ def test_backstepping_gives_its_error_dynamics_on_the_nominal_model(
 ) -> None:
     """dz1/dt = -k1 z1 + g1 z2 and dz2/dt = -k2 z2 - g1 z1 when there is no disturbance."""
     s = after(Backstepping(k1, k2, model=MODEL, saturation=NO_LIMIT), y, r)
-    x1, x2, g1 = y.velocity, y.load_force, MODEL.g1()
+    x1, x2, g1 = y.velocity, y.hydraulic_force, MODEL.g1()
     zeta = x2 - s.z2
     assert s.z1 == x1 - r.value
     assert zeta == pytest.approx((-k1 * s.z1 - MODEL.f1(x1) + r.rate) / g1, rel=1e-12, abs=1e-9)
@@ -136,7 +136,7 @@ def test_the_filtered_derivative_serves_backstepping_too(y: Measurement, r: Dema
     filtered = after(
         example(Backstepping, model=MODEL, derivative=FilteredDerivative(), saturation=NO_LIMIT), y, r
     )
-    missing = analytic.derivative.rate / MODEL.g2(y.load_force, y.command)
+    missing = analytic.derivative.rate / MODEL.g2(y.hydraulic_force, y.command)
     assert filtered.derivative.rate == 0.0
     assert analytic.u - filtered.u == pytest.approx(missing, rel=1e-9, abs=1e-9 * (1.0 + abs(analytic.u)))
 
@@ -149,7 +149,7 @@ def test_tsmc_gives_its_surface_dynamics_when_the_estimates_are_true(
     still = told._replace(s1=0.0, s2=0.0)
     law = example(TSMC, model=MODEL, observer=still, derivative=ModelDerivative(), saturation=NO_LIMIT)
     s = after(law, y, r)
-    x1, x2, g1 = y.velocity, y.load_force, MODEL.g1()
+    x1, x2, g1 = y.velocity, y.hydraulic_force, MODEL.g1()
     x1_rate = MODEL.f1(x1) + g1 * x2 + told.d1
     x2_rate = MODEL.f2(x1, x2) + MODEL.g2(x2, y.command) * s.u + told.d2
     xi1, xi1_rate = x1 - r.value, x1_rate - r.rate
@@ -172,7 +172,7 @@ def test_tsmc_surfaces_take_the_observers_in(y: Measurement, r: Demand, told: To
     law = example(TSMC, model=MODEL, observer=told)
     s = after(law, y, r)
     xi1 = y.velocity - r.value + told.s1
-    xi1_rate = MODEL.f1(y.velocity) + MODEL.g1() * y.load_force + told.d1 - r.rate
+    xi1_rate = MODEL.f1(y.velocity) + MODEL.g1() * y.hydraulic_force + told.d1 - r.rate
     power = ops.signed_power(xi1, law.exponent_1)
     expected = xi1_rate + law.linear_gain_1 * xi1 + law.power_gain_1 * power
     expected += MODEL.g1() * told.s2 + MODEL.f1(1.0) * told.s1
@@ -186,11 +186,11 @@ def test_printed_tsmc_differs_where_the_print_does(y: Measurement, r: Demand, to
     corrected = after(example(TSMC, model=MODEL, observer=told, saturation=NO_LIMIT), y, r)
     printed = after(PrintedTSMC(observer=told, saturation=NO_LIMIT), y, r)
     law = example(TSMC)
-    xi1_rate = MODEL.f1(y.velocity) + MODEL.g1() * y.load_force + told.d1 - r.rate
+    xi1_rate = MODEL.f1(y.velocity) + MODEL.g1() * y.hydraulic_force + told.d1 - r.rate
     slope = law.exponent_1 * (abs(corrected.xi1) + 1e-4) ** (law.exponent_1 - 1.0)
     # the first sample of the filtered derivative knows no rate, neither of d1 nor of s1^a1
     more = told.d1 - (r.rate - r.second_rate) - law.power_gain_1 * slope * xi1_rate
-    gain = MODEL.g1() * MODEL.g2(y.load_force, y.command)
+    gain = MODEL.g1() * MODEL.g2(y.hydraulic_force, y.command)
     assert (printed.xi1, printed.xi2) == (corrected.xi1, corrected.xi2)
     assert printed.u - corrected.u == pytest.approx(
         -more / gain, rel=1e-9, abs=1e-11 * (1.0 + abs(printed.u))

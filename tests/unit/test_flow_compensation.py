@@ -26,8 +26,8 @@ COMPENSATED = FlowCompensation(
 )
 
 
-def command(law: Any, asked: float, load_force: float) -> float:
-    y = Measurement(0.0, load_force, 0.0, 0.0, 0.0, 0.0, 0.0)
+def command(law: Any, asked: float, hydraulic_force: float) -> float:
+    y = Measurement(0.0, hydraulic_force, 0.0, 0.0, 0.0, 0.0, 0.0)
     u: float = law.step(law.init(), y, Demand(asked, 0.0, 0.0), 1e-3).u
     return u
 
@@ -78,7 +78,7 @@ def test_a_reading_beyond_all_numbers_leaves_a_gain() -> None:
         assert s.gain > 0.0
 
 
-def test_the_load_force_goes_through_the_low_pass() -> None:
+def test_the_hydraulic_force_goes_through_the_low_pass() -> None:
     law = COMPENSATED._replace(time_constant=0.05, area_b=AREA_A, rated_drop=0.5 * SUPPLY)
     y = [Measurement(0.0, share * AREA_A * SUPPLY, 0.0, 0.0, 0.0, 0.0, 0.0) for share in (0.0, 0.5)]
     s = law.step(law.init(), y[0], Demand(2.0, 0.0, 0.0), 1e-5)

@@ -48,7 +48,7 @@ def test_a_recorded_command_makes_the_machine_do_what_it_did():
     began = {path: np.full(2, log.signals[path.rpartition(".")[2]][0]) for path in played.start}
     shown = predicted(played, {"plant.mass": np.array([6.0, 7.0]), **began}, 1)
     places = list(OUTPUTS)
-    for name in ("velocity", "load_force"):
+    for name in ("velocity", "hydraulic_force"):
         np.testing.assert_allclose(
             shown[:, places.index(name), 0],
             log.signals[name],

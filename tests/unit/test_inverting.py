@@ -26,12 +26,12 @@ NAN = float("nan")
 KALMAN = example(KalmanObserver)
 
 
-def seen(velocity: float, load_force: float, command: float = 0.0) -> Measurement:
-    return Measurement(velocity, load_force, NAN, command, NAN, NAN, NAN)
+def seen(velocity: float, hydraulic_force: float, command: float = 0.0) -> Measurement:
+    return Measurement(velocity, hydraulic_force, NAN, command, NAN, NAN, NAN)
 
 
-def command(law: Block, velocity: float, load_force: float, r: Demand) -> float:
-    return float(law.step(law.init(), seen(velocity, load_force), r, 1e-3).u)
+def command(law: Block, velocity: float, hydraulic_force: float, r: Demand) -> float:
+    return float(law.step(law.init(), seen(velocity, hydraulic_force), r, 1e-3).u)
 
 
 small = st.floats(-0.05, 0.05)
@@ -39,16 +39,16 @@ small = st.floats(-0.05, 0.05)
 
 @given(small, st.floats(-500.0, 500.0), small, st.floats(-0.5, 0.5), st.floats(-5.0, 5.0))
 def test_backstepping_is_feedback_linearisation_but_for_its_cross_term(
-    velocity: float, load_force: float, value: float, rate: float, second: float
+    velocity: float, hydraulic_force: float, value: float, rate: float, second: float
 ) -> None:
     k1, k2 = 300.0, 700.0
     r = Demand(value, rate, second)
     frame = Inverting(LinearPull(k1, k2), NoObserver(), MODEL, ModelDerivative())
     stepping = Backstepping(k1, k2, MODEL)
-    cross = -MODEL.g1() * (velocity - value) / MODEL.g2(load_force, 0.0)
-    expected = command(frame, velocity, load_force, r) + cross
+    cross = -MODEL.g1() * (velocity - value) / MODEL.g2(hydraulic_force, 0.0)
+    expected = command(frame, velocity, hydraulic_force, r) + cross
     expected = float(np.clip(expected, -10.0, 10.0))
-    assert command(stepping, velocity, load_force, r) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert command(stepping, velocity, hydraulic_force, r) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 def poles(law: Block, scale: float) -> np.ndarray:
@@ -107,7 +107,7 @@ def test_a_disturbance_is_followed_by_its_rate_at_each_sample(rate: float) -> No
     x1, x2, share = 0.0, 0.0, []
     for _ in range(20):
         ahead = MODEL.ahead(x1, x2, 0.0, d1, d2, h)
-        x1, x2 = ahead.velocity, ahead.load_force
+        x1, x2 = ahead.velocity, ahead.hydraulic_force
         state = observer.step(state, MODEL, seen(x1, x2), h)
         share.append((state.d1 / d1, state.d2 / d2))
     expected = 1.0 - np.exp(-rate * h * np.arange(1, 21))
@@ -118,7 +118,7 @@ def test_the_gains_of_the_extended_state_observer_are_the_published_ones() -> No
     """At h = 1 s and w = 1 rad/s: 0.864665 and 0.399576."""
     observer = ExtendedStateObserver(1.0, 1.0)
     state = observer.step(observer.init(), MODEL, seen(0.0, 0.0), 1e-9)
-    kept = state._replace(velocity=0.0, load_force=0.0)
+    kept = state._replace(velocity=0.0, hydraulic_force=0.0)
     z = float(np.exp(-1e-9))
     moved = observer.step(kept, MODEL, seen(1.0, 0.0), 1e-9)
     assert moved.velocity == pytest.approx(1.0 - z * z, rel=1e-6)

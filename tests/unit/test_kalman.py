@@ -62,17 +62,17 @@ def test_constant_disturbances_are_found_exactly() -> None:
     for _ in range(3000):
         s = observer.step(s, MODEL, Measurement(float(x[0]), float(x[1]), 0.0, 0.0, 0.0, 0.0, 0.0), PERIOD)
     assert (s.d1, s.d2) == pytest.approx((d1, d2), rel=1e-3)
-    assert (s.velocity, s.load_force) == pytest.approx(x, rel=1e-3)
+    assert (s.velocity, s.hydraulic_force) == pytest.approx(x, rel=1e-3)
 
 
 def test_it_starts_at_the_first_measurement_and_again_after_a_lost_one() -> None:
     observer = FILTER.designed(MODEL, PERIOD)
     y = Measurement(0.02, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     first = observer.step(observer.init(), MODEL, y, PERIOD)
-    assert (first.velocity, first.load_force, first.d1, first.d2) == (0.02, 50.0, 0.0, 0.0)
+    assert (first.velocity, first.hydraulic_force, first.d1, first.d2) == (0.02, 50.0, 0.0, 0.0)
     lost = observer.step(first, MODEL, y._replace(velocity=math.nan), PERIOD)
     again = observer.step(lost, MODEL, y, PERIOD)
-    assert (again.velocity, again.load_force, again.d1, again.d2) == (0.02, 50.0, 0.0, 0.0)
+    assert (again.velocity, again.hydraulic_force, again.d1, again.d2) == (0.02, 50.0, 0.0, 0.0)
 
 
 def test_it_is_less_noisy_than_what_it_measures() -> None:
@@ -105,7 +105,7 @@ def test_parameters_without_a_steady_state_are_refused() -> None:
         FILTER._replace(disturbance_1=1e300, velocity_noise=1e-300).designed(MODEL, PERIOD)
     message = str(caught.value)
     assert message.startswith("KalmanObserver.disturbance_1 = 1e+300: with disturbance_2 = 100000, ")
-    assert "velocity_noise = 1e-300, load_force_noise = 5 and a sample period of 0.001 s" in message
+    assert "velocity_noise = 1e-300, hydraulic_force_noise = 5 and a sample period of 0.001 s" in message
     assert message.isprintable()
     with pytest.raises(ParameterError, match=r"^PositionKalmanObserver\.disturbance_1 = .*position_noise = "):
         example(PositionKalmanObserver, disturbance_1=1e300, position_noise=1e-300).designed(MODEL, PERIOD)
@@ -121,7 +121,7 @@ def test_a_position_is_as_good_as_its_derivative_without_noise() -> None:
     for k in range(3000):
         y = Measurement(math.nan, force, speed * k * PERIOD, 0.0, 0.0, 0.0, 0.0)
         s = observer.step(s, MODEL, y, PERIOD)
-    assert (s.velocity, s.load_force, s.d1, s.d2) == pytest.approx((speed, force, d1, d2), rel=1e-3)
+    assert (s.velocity, s.hydraulic_force, s.d1, s.d2) == pytest.approx((speed, force, d1, d2), rel=1e-3)
 
 
 def test_a_position_filter_beats_differences_of_an_encoder() -> None:
@@ -137,6 +137,6 @@ def test_a_lost_position_starts_the_filter_again() -> None:
     observer = example(PositionKalmanObserver).designed(MODEL, PERIOD)
     y = Measurement(0.0, 50.0, 0.01, 0.0, 0.0, 0.0, 0.0)
     s = observer.step(observer.init(), MODEL, y, PERIOD)
-    assert (s.position, s.load_force, s.velocity, s.d1) == (0.01, 50.0, 0.0, 0.0)
+    assert (s.position, s.hydraulic_force, s.velocity, s.d1) == (0.01, 50.0, 0.0, 0.0)
     again = observer.step(observer.step(s, MODEL, y._replace(position=math.nan), PERIOD), MODEL, y, PERIOD)
-    assert (again.position, again.load_force) == (0.01, 50.0)
+    assert (again.position, again.hydraulic_force) == (0.01, 50.0)

@@ -28,7 +28,12 @@ def names(model: Linearization, what: str) -> list[str]:
 
 def test_states_inputs_and_outputs_have_names_and_units() -> None:
     model = linearize(rig())
-    assert names(model, "states") == ["plant.velocity", "plant.load_force", "plant.position", "valve.opening"]
+    assert names(model, "states") == [
+        "plant.velocity",
+        "plant.hydraulic_force",
+        "plant.position",
+        "valve.opening",
+    ]
     assert [one.unit for one in model.states] == ["m/s", "N", "m", "m"]
     assert [(one.name, one.unit) for one in model.inputs] == [("command", "V"), ("load.force", "N")]
     assert names(model, "outputs")[-1] == "controlled"

@@ -8,7 +8,7 @@ from hydroservo.identification.segments import noise_of, resolution_of, spikes_i
 from hydroservo.runs.results import save
 from hydroservo.scenario import load_scenario
 
-HEADER = "time [s],command [V],velocity [mm/s],load_force [kN]"
+HEADER = "time [s],command [V],velocity [mm/s],hydraulic_force [kN]"
 ROWS = [f"{0.001 * k:.3f},{k % 7},{k % 5},{k % 3}" for k in range(40)]
 
 
@@ -26,7 +26,7 @@ def test_header_names_signals_and_units(write):
     log = read_log(write(HEADER, *ROWS), {})
     assert log.time[3] == pytest.approx(0.003)
     assert log.signals["velocity"][4] == pytest.approx(0.004)
-    assert log.signals["load_force"][2] == pytest.approx(2000.0)
+    assert log.signals["hydraulic_force"][2] == pytest.approx(2000.0)
 
 
 def test_mapping_names_columns_and_units(write):

@@ -120,7 +120,7 @@ def test_where_the_model_follows_the_demand_the_command_is_what_it_needs(law: Bl
     u = law.step(law.init(), seen(r.value, x2, 0.0), r, PERIOD).u
     rates = MODEL.rates(r.value, x2, 0.0, MODEL.g2(x2, 0.0) * u)
     assert rates.velocity == pytest.approx(r.rate, rel=1e-12)
-    assert rates.load_force == pytest.approx(
+    assert rates.hydraulic_force == pytest.approx(
         (r.second_rate - MODEL.f1_slope() * r.rate) / MODEL.g1(), rel=1e-9
     )
 

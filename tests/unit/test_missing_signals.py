@@ -35,7 +35,7 @@ from hydroservo.testing.examples import example
 
 SHORT = Simulation(0.005, 1e-3, 8)
 BLIND = example(RigSensors, pressure_b=NoPressure())
-THING: Any = Unmeasured("load_force")
+THING: Any = Unmeasured("hydraulic_force")
 
 USES: dict[str, Callable[[Any], object]] = {
     "add": lambda x: x + 1.0,
@@ -82,7 +82,7 @@ USES: dict[str, Callable[[Any], object]] = {
 
 @pytest.mark.parametrize("use", USES.values(), ids=USES)
 def test_any_use_is_refused_by_name(use: Callable[[Any], object]) -> None:
-    with pytest.raises(MissingSignalError, match=r"^load_force \(x2 = A_p p_L\)$"):
+    with pytest.raises(MissingSignalError, match=r"^hydraulic_force \(x2 = A_p p_L\)$"):
         use(THING)
 
 
@@ -91,7 +91,7 @@ def test_passing_it_on_and_asking_whether_it_is_there_are_no_use() -> None:
     assert ops.where(False, THING, 1.0) == 1.0
     assert ops.isnan(THING)
     assert not ops.isfinite(THING)
-    assert "load_force" in repr(THING)
+    assert "hydraulic_force" in repr(THING)
 
 
 @pytest.mark.parametrize(
@@ -100,12 +100,12 @@ def test_passing_it_on_and_asking_whether_it_is_there_are_no_use() -> None:
         (IdealSensors(), ()),
         (example(NoisySensors), ()),
         (example(RigSensors, force=example(LoadCell)), ()),
-        (example(RigSensors, pressure_a=NoPressure()), ("load_force", "pressure_a", "force")),
-        (BLIND, ("load_force", "pressure_b", "force")),
+        (example(RigSensors, pressure_a=NoPressure()), ("hydraulic_force", "pressure_a", "force")),
+        (BLIND, ("hydraulic_force", "pressure_b", "force")),
         (example(RigSensors, NoPosition(), VelocitySensor()), ("position", "force")),
         (example(RigSensors, NoPosition(), Difference()), ("velocity", "position", "force")),
         (example(RigSensors, NoPosition(), example(ExactDifferentiator)), ("velocity", "position", "force")),
-        (DelayedSensors(Dropout(0.1, BLIND)), ("load_force", "pressure_b", "force")),
+        (DelayedSensors(Dropout(0.1, BLIND)), ("hydraulic_force", "pressure_b", "force")),
         (DelayedSensors(IdealSensors()), ()),
     ],
     ids=str,
@@ -116,13 +116,13 @@ def test_what_sensors_lack(sensors: Block, names: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize("run", [simulate, lambda loop: simulate_batch(loop, {"plant.mass": [5.0, 6.0]})])
 @pytest.mark.parametrize("law", [example(TSMC), example(Backstepping)], ids=lambda law: type(law).__name__)
-def test_a_law_that_needs_the_load_force_is_refused_without_it(
+def test_a_law_that_needs_the_hydraulic_force_is_refused_without_it(
     law: Block, run: Callable[[Loop], object]
 ) -> None:
     with pytest.raises(LoopError) as error:
         run(example(Loop, SHORT, sensors=BLIND, controller=law))
     assert str(error.value) == (
-        f"{type(law).__name__} needs load_force (x2 = A_p p_L), which RigSensors does not measure; "
+        f"{type(law).__name__} needs hydraulic_force (x2 = A_p p_L), which RigSensors does not measure; "
         "add sensors.pressure_b.type = PressureTransducer, or use a law that does not need it"
     )
 
@@ -134,7 +134,7 @@ def test_a_law_that_needs_the_load_force_is_refused_without_it(
         (DelayedSensors(Dropout(0.1, BLIND)), "force", "sensors.sensors.sensors.force.type = LoadCell"),
         (
             RigSensors(NoPosition()),
-            "load_force",
+            "hydraulic_force",
             "sensors.pressure_a.type = PressureTransducer and sensors.pressure_b.type = PressureTransducer",
         ),
         (BLIND, "pressure_a", "a sensor for it"),
@@ -155,7 +155,7 @@ def test_all_types_that_measure_are_named() -> None:
 def test_wrappers_pass_on_what_is_missing_and_their_names() -> None:
     sensors, law = DelayedSensors(Dropout(0.1, BLIND)), DAC(AntiWindup(example(TSMC), 100.0, Saturation(5.0)))
     with pytest.raises(
-        LoopError, match=r"TSMC in AntiWindup in DAC needs load_force .* RigSensors in Dropout in"
+        LoopError, match=r"TSMC in AntiWindup in DAC needs hydraulic_force .* RigSensors in Dropout in"
     ):
         simulate(example(Loop, SHORT, sensors=sensors, controller=law))
 
@@ -167,7 +167,7 @@ def test_a_velocity_from_a_position_that_is_not_there_is_missing_too() -> None:
 
 class HeldState(NamedTuple):
     u: Annotated[float, Field("V", "command")]
-    seen: Annotated[float, Field("N", "load force as it came")]
+    seen: Annotated[float, Field("N", "hydraulic force as it came")]
 
 
 class Keeping(NamedTuple):
@@ -177,7 +177,9 @@ class Keeping(NamedTuple):
         return HeldState(0.0, math.nan)
 
     def step(self, s: HeldState, y: Measurement, r: Demand, dt: float) -> HeldState:
-        return HeldState(ops.where(ops.isnan(y.load_force), r.value - y.velocity, 0.0), y.load_force)
+        return HeldState(
+            ops.where(ops.isnan(y.hydraulic_force), r.value - y.velocity, 0.0), y.hydraulic_force
+        )
 
 
 @pytest.mark.parametrize("law", [PI(0.3, 100.0), Keeping()], ids=lambda law: type(law).__name__)

@@ -17,7 +17,7 @@ WRONG = {"plant.mass": 7.0}
 BRIEF = SHORT | {"simulation.duration": "1.5 s"}
 LOAD = {"load.type": "Sine", "load.amplitude": "300 N", "load.frequency": "0.1 Hz"}
 PUSHED = BRIEF | LOAD
-NOISY = {"velocity": 5e-3, "load_force": 50.0}
+NOISY = {"velocity": 5e-3, "hydraulic_force": 50.0}
 HORIZON = 0.02
 CHANGED = 700  # a sample
 

@@ -20,7 +20,7 @@ def test_rates_are_equations_3_to_5() -> None:
     plant = example(LoadPressurePlant, 2.0, 10.0, 1e-3, 1e-4, 1e9, 1e-11)
     rate = plant.deriv(LoadPressureState(0.1, 50.0, 0.02), PortFlows(2e-4, 2e-4, 2e-4, 2e-4), 30.0)
     assert rate.velocity == pytest.approx((50.0 - 10.0 * 0.1 - 30.0) / 2.0)
-    assert rate.load_force == pytest.approx(4e9 / 1e-4 * (1e-3 * 2e-4 - 1e-6 * 0.1 - 1e-11 * 50.0))
+    assert rate.hydraulic_force == pytest.approx(4e9 / 1e-4 * (1e-3 * 2e-4 - 1e-6 * 0.1 - 1e-11 * 50.0))
     assert rate.position == 0.1
 
 
@@ -33,7 +33,7 @@ def test_energy(v: float, x2: float, flow: float, load: float) -> None:
     plant = example(LoadPressurePlant)
     rate = plant.deriv(LoadPressureState(v, x2, 0.0), PortFlows(flow, flow, flow, flow), load)
     pressure = x2 / plant.piston_area
-    pressure_rate = rate.load_force / plant.piston_area
+    pressure_rate = rate.hydraulic_force / plant.piston_area
     stored = plant.mass * v * rate.velocity
     stored += plant.total_volume / (4.0 * plant.bulk_modulus) * pressure * pressure_rate
     taken = [pressure * flow, -plant.damping * v * v, -plant.leakage * pressure**2, -load * v]
@@ -64,7 +64,7 @@ def test_the_nominal_model_is_the_machine_without_load(
     opening, line = valve.opening(StaticValveState(), u), supply.pressures(supply.init())
     rate = plant.deriv(state, plant.flows(state, open_ports(valve.orifice, opening, line)), 0.0)
     assert model.f1(v) + model.g1() * x2 == pytest.approx(rate.velocity, abs=1e-9)
-    assert model.f2(v, x2) + model.g2(x2, u) * u == pytest.approx(rate.load_force, rel=1e-12, abs=1e-6)
+    assert model.f2(v, x2) + model.g2(x2, u) * u == pytest.approx(rate.hydraulic_force, rel=1e-12, abs=1e-6)
 
 
 def test_the_input_gain_has_a_floor() -> None:
@@ -81,11 +81,11 @@ def test_the_input_gain_of_no_command_ignores_the_load() -> None:
     assert example(DesignModel).g2(500.0, 0.0) == example(DesignModel).g2(0.0, 1.0)
 
 
-@pytest.mark.parametrize("load_force", [0.0, 300.0, 2500.0])
-def test_the_supply_gives_what_the_edges_let_through(load_force: float) -> None:
+@pytest.mark.parametrize("hydraulic_force", [0.0, 300.0, 2500.0])
+def test_the_supply_gives_what_the_edges_let_through(hydraulic_force: float) -> None:
     """Null leakage is drawn though no load flow is, and what flows back from the load is given back."""
     plant, edges, line = example(LoadPressurePlant), example(FourEdges, clearance=1e-5), Pressures(40e5, 2e5)
-    state = LoadPressureState(0.0, load_force, 0.04)
+    state = LoadPressureState(0.0, hydraulic_force, 0.04)
     mean, half = 21e5, 0.5 * plant.load_pressure(state)
     for opening in (0.0, 1e-4, -1e-4):
         flows = plant.flows(state, open_ports(edges, opening, line))

@@ -82,14 +82,14 @@ def test_a_cylinder_from_its_datasheet_stands_still(
 def test_half_the_paper_s_supply_made_it_jump() -> None:
     """What the defaults were: 3.2 kN on a shut valve."""
     plant = cylinder()._replace(start_pressure_a=20e5, start_pressure_b=20e5)
-    assert plant.load_force(plant.init()) == pytest.approx(math.pi / 4 * 0.045**2 * 20e5)
+    assert plant.hydraulic_force(plant.init()) == pytest.approx(math.pi / 4 * 0.045**2 * 20e5)
     assert abs(simulate(shut(plant), compiled=False)["plant.velocity"]).max() > 0.01
 
 
 def test_the_pressures_are_those_that_a_matched_valve_holds() -> None:
     """The force is balanced, and p_A + p_B = p_s + p_r."""
     plant = cylinder().at_rest(LINE, 5000.0)
-    assert plant.load_force(plant.init()) == pytest.approx(5000.0, rel=1e-13)
+    assert plant.hydraulic_force(plant.init()) == pytest.approx(5000.0, rel=1e-13)
     assert plant.start_pressure_a + plant.start_pressure_b == pytest.approx(162e5, rel=1e-15)
 
 
@@ -102,7 +102,7 @@ def test_one_pressure_may_be_given() -> None:
     given = cylinder()._replace(start_pressure_b=90e5)
     plant = given.at_rest(LINE, 5000.0)
     assert plant.start_pressure_b == 90e5
-    assert plant.load_force(plant.init()) == pytest.approx(5000.0, rel=1e-13)
+    assert plant.hydraulic_force(plant.init()) == pytest.approx(5000.0, rel=1e-13)
     other = cylinder()._replace(start_pressure_a=plant.start_pressure_a).at_rest(LINE, 5000.0)
     assert other.start_pressure_b == pytest.approx(90e5, rel=1e-13)
 

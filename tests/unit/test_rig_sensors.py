@@ -284,17 +284,17 @@ def test_a_transducers_own_lag() -> None:
 
 
 def test_a_rig_with_ideal_parts_sees_what_ideal_sensors_see() -> None:
-    area = MACHINE.load_force / (MACHINE.pressure_a - MACHINE.pressure_b)
+    area = MACHINE.hydraulic_force / (MACHINE.pressure_a - MACHINE.pressure_b)
     rig = RigSensors(IdealPosition(), VelocitySensor(), EXACT, EXACT, area, area, LoadCell(0.0))
     found, expected = (measurements(one, [MACHINE])[0] for one in (rig, IdealSensors()))
     assert found == pytest.approx(expected, rel=1e-12)
 
 
-def test_the_load_force_is_that_of_the_known_areas() -> None:
+def test_the_hydraulic_force_is_that_of_the_known_areas() -> None:
     rig = example(RigSensors, pressure_a=EXACT, pressure_b=EXACT, area_a=5e-4, area_b=3e-4)
     y = measurements(rig, [MACHINE])[0]
-    assert y.load_force == 5e-4 * y.pressure_a - 3e-4 * y.pressure_b
-    assert y.load_force == pytest.approx(5e-4 * 2.5e6 - 3e-4 * 1.5e6, rel=1e-12)
+    assert y.hydraulic_force == 5e-4 * y.pressure_a - 3e-4 * y.pressure_b
+    assert y.hydraulic_force == pytest.approx(5e-4 * 2.5e6 - 3e-4 * 1.5e6, rel=1e-12)
 
 
 def test_the_velocity_is_that_of_the_position_as_measured() -> None:

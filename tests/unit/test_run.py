@@ -98,7 +98,7 @@ def test_the_first_row_is_the_start() -> None:
 @pytest.mark.parametrize(
     ("record", "says"),
     [
-        ("plant.speed", "no 'speed' there; the names are velocity, load_force, pos"),
+        ("plant.speed", "no 'speed' there; the names are velocity, hydraulic_force, pos"),
         ("motor.speed", "no 'motor' there; the names are plant, valve, supply, "),
         ("plant", "not a number but a group; name one number in it"),
         ("plant.velocity.x", "no 'x' there; the names are none: it is a number"),

@@ -26,11 +26,11 @@ def test_ideal_sensors_see_the_state_and_the_command_as_they_are() -> None:
     assert IdealSensors().measure(s, MACHINE, 4.0) == (0.1, 20.0, 0.03, 4.0, 2e6, 1e6, 0.0)
 
 
-def test_noise_is_added_to_velocity_and_load_force_alone() -> None:
+def test_noise_is_added_to_velocity_and_hydraulic_force_alone() -> None:
     sensors = NoisySensors(1e-3, 2.0)
     y = sensors.measure(sensors.step(sensors.init(), MACHINE, DRAWS, 1e-5), MACHINE, 4.0)
     assert y.velocity == 0.1 + 1e-3 * ops.normal(3.0, 0.0, 17.0)
-    assert y.load_force == 20.0 + 2.0 * ops.normal(3.0, 1.0, 17.0)
+    assert y.hydraulic_force == 20.0 + 2.0 * ops.normal(3.0, 1.0, 17.0)
     assert (y.position, y.command, y.pressure_a, y.pressure_b) == (0.03, 4.0, 2e6, 1e6)
 
 
@@ -45,7 +45,7 @@ def result() -> xr.Dataset:
     return simulate(LOOP)
 
 
-@pytest.mark.parametrize(("name", "rms"), [("velocity", 5e-4), ("load_force", 5.0)])
+@pytest.mark.parametrize(("name", "rms"), [("velocity", 5e-4), ("hydraulic_force", 5.0)])
 def test_noise_in_a_loop_is_white_and_has_its_declared_rms(result: xr.Dataset, name: str, rms: float) -> None:
     found = noise(result, name) / rms
     count = found.size
@@ -56,7 +56,7 @@ def test_noise_in_a_loop_is_white_and_has_its_declared_rms(result: xr.Dataset, n
 
 
 def test_the_noises_of_one_run_are_independent(result: xr.Dataset) -> None:
-    product = noise(result, "velocity") * noise(result, "load_force") / (5e-4 * 5.0)
+    product = noise(result, "velocity") * noise(result, "hydraulic_force") / (5e-4 * 5.0)
     assert abs(product.mean()) < 3.5 / product.size**0.5
 
 

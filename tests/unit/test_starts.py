@@ -61,7 +61,7 @@ def test_given_states_that_change_nothing() -> None:
 @pytest.mark.parametrize(
     ("path", "problem"),
     [
-        ("plant.speed", "no 'speed' there; the names are velocity, load_force, position"),
+        ("plant.speed", "no 'speed' there; the names are velocity, hydraulic_force, position"),
         ("plant", "is not a number of the state"),
     ],
 )
@@ -116,8 +116,8 @@ def test_a_symmetric_axis_settles_where_its_flow_balance_says(command: float, fo
     loop = example(Loop, BRIEF, valve=example(FirstOrderValve), load=Constant(force))
     loop, found = settled(loop, command)
     plant, valve, drop = loop.plant, loop.valve, loop.supply.supply_pressure
-    v, pressure = found.plant.velocity, found.plant.load_force / plant.piston_area
-    assert found.plant.load_force == pytest.approx(plant.damping * v + force, rel=1e-9, abs=1e-9)
+    v, pressure = found.plant.velocity, found.plant.hydraulic_force / plant.piston_area
+    assert found.plant.hydraulic_force == pytest.approx(plant.damping * v + force, rel=1e-9, abs=1e-9)
     opening = valve.gain * command
     assert found.valve.opening == pytest.approx(opening, rel=1e-12, abs=1e-18)
     passed = plant.piston_area * v + plant.leakage * pressure
@@ -251,7 +251,7 @@ def test_a_start_of_one_s_own_finds_the_states_that_it_wants() -> None:
     there, found = settled(loop._replace(start=AsBuilt()), 0.1)
     state = ready(loop).init()
     assert state.plant.velocity == 0.5 * found.plant.velocity > 0.0
-    assert state.plant.load_force == there.init().plant.load_force
+    assert state.plant.hydraulic_force == there.init().plant.hydraulic_force
     assert state.controller.integral == 0.05
     data = simulate(loop, metrics=(), compiled=False)
     assert data["plant.velocity"].values[0] == state.plant.velocity

@@ -47,7 +47,7 @@ def strokes(speeds, friction, noise=0.05):
     along = np.tile(np.linspace(-1.0, 1.0, 200), velocity.size // 200)
     force = friction(velocity) + np.sign(velocity) * 0.6 * (along**2 - 1.0 / 3.0)
     noisy = force + rng.normal(scale=noise, size=force.size)
-    return {"time": 0.01 * np.arange(force.size), "velocity": velocity, "load_force": noisy}
+    return {"time": 0.01 * np.arange(force.size), "velocity": velocity, "hydraulic_force": noisy}
 
 
 def coulomb(velocity):
@@ -70,13 +70,13 @@ def test_at_one_speed_each_way_the_sum_alone_is_told(speeds):
 def test_a_sum_at_one_speed_one_way_has_the_constant_force_in_it():
     log = strokes([0.013], coulomb)
     forth = {"velocity": np.abs(log["velocity"]) + 1e-6 * np.cos(log["time"])}
-    found = hs.map_logs("friction", log | forth | {"load_force": 7.0 + np.abs(log["load_force"])})
+    found = hs.map_logs("friction", log | forth | {"hydraulic_force": 7.0 + np.abs(log["hydraulic_force"])})
     assert found.numbers["friction"].value == pytest.approx(16.0, abs=0.3)
     assert "any constant force" in found.numbers["friction"].meaning
 
 
 def test_a_force_that_goes_with_the_motion_is_no_friction():
-    with pytest.raises(ScenarioError, match="load_force or velocity is reversed") as caught:
+    with pytest.raises(ScenarioError, match="hydraulic_force or velocity is reversed") as caught:
         hs.map_logs("friction", strokes([0.013], lambda v: -coulomb(v)))
     assert "a friction of -9.00 N" in str(caught.value)
 
@@ -175,7 +175,7 @@ def test_a_load_pressure_decays_by_its_leakage_in_closed_form():
     plant = hs.load_scenario("rig/1khz-pi-sine").plant
     leak = 1e-3 * plant.leakage  # slow beside the samples
     rate = 4.0 * plant.bulk_modulus * leak / plant.total_volume
-    log = {"time": TIME, "load_force": 800.0 * np.exp(-rate * TIME)}
+    log = {"time": TIME, "hydraulic_force": 800.0 * np.exp(-rate * TIME)}
     found = hs.map_logs("decay", log, "rig/1khz-pi-sine")
     assert found.numbers["internal_leakage"].value == pytest.approx(leak, rel=1e-3)
     assert found.numbers["time_constant"].value == pytest.approx(1.0 / rate, rel=1e-3)
@@ -193,7 +193,7 @@ def test_a_load_that_moves_a_locked_piston_tells_both_numbers_of_a_load_pressure
     push = 4.0 * modulus * plant.piston_area**2 / plant.total_volume * reach * w
     forced = -push * (rate * np.cos(w * TIME) + w * np.sin(w * TIME)) / (rate**2 + w**2)
     force = forced + (800.0 - forced[0]) * np.exp(-rate * TIME)
-    log = {"time": TIME, "load_force": force, "position": 0.04 + reach * np.sin(w * TIME)}
+    log = {"time": TIME, "hydraulic_force": force, "position": 0.04 + reach * np.sin(w * TIME)}
     found = hs.map_logs("decay", log, "rig/1khz-pi-sine")
     assert found.numbers["bulk_modulus"].value == pytest.approx(modulus, rel=1e-3)
     assert found.numbers["internal_leakage"].value == pytest.approx(leak, rel=1e-3)
@@ -233,10 +233,10 @@ def test_a_scenario_with_what_was_found_is_that_machine(tmp_path):
             "the scenario's piston between 0 and 400",
         ),
         ("pressure-gain", swept(), "the piston moves"),
-        ("friction", swept(), 'no column "pressure_a [Pa]" or "load_force [N]" is there'),
+        ("friction", swept(), 'no column "pressure_a [Pa]" or "hydraulic_force [N]" is there'),
         (
             "friction",
-            {"time": TIME, "velocity": np.sin(20.0 * TIME), "load_force": TIME},
+            {"time": TIME, "velocity": np.sin(20.0 * TIME), "hydraulic_force": TIME},
             "at a constant speed",
         ),
         ("decay", swept(), 'no column "pressure_a [Pa]"'),

@@ -180,7 +180,7 @@ def test_differences_are_relative_to_each_states_largest_value() -> None:
     a = simulate(with_substeps(LOOP, 10))
     b = a.copy(deep=True)
     assert difference(LOOP, a, b) == 0.0
-    b["plant.load_force"].values[100] += 1e-3 * np.abs(a["plant.load_force"].values).max()
+    b["plant.hydraulic_force"].values[100] += 1e-3 * np.abs(a["plant.hydraulic_force"].values).max()
     assert difference(LOOP, a, b) == pytest.approx(1e-3, rel=1e-2)
     b["plant.velocity"].values[-1] = math.nan
     assert difference(LOOP, a, b) == math.inf
@@ -346,7 +346,7 @@ def test_the_integrator_is_a_nested_table() -> None:
 def test_the_paths_that_steps_are_judged_by() -> None:
     assert machine_paths(LOOP._replace(valve=example(FirstOrderValve))) == (
         "plant.velocity",
-        "plant.load_force",
+        "plant.hydraulic_force",
         "plant.position",
         "valve.opening",
         "controller.u",

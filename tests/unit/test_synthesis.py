@@ -119,7 +119,9 @@ def test_the_linear_model_is_the_slope_of_the_design_model() -> None:
     plant, small = at_rest(MODEL, LAG), 1e-7
     for i, step in enumerate(np.diag(plant.sizes[:2] * small)):
         rates = MODEL.rates(float(step[0]), float(step[1]), 0.0, 0.0)
-        assert plant.rates[:2, i] * step[i] == pytest.approx([rates.velocity, rates.load_force], rel=1e-9)
+        assert plant.rates[:2, i] * step[i] == pytest.approx(
+            [rates.velocity, rates.hydraulic_force], rel=1e-9
+        )
     volts = plant.sizes[2] * small
     assert plant.rates[1, 2] * volts == pytest.approx(MODEL.g2(0.0, volts) * volts, rel=1e-9)
     assert with_disturbances(MODEL)[:2, :2] == pytest.approx(plant.rates[:2, :2])

@@ -307,19 +307,19 @@ def test_condition_25_takes_the_gains_of_xi2() -> None:
 def state_matrix(
     plant: LoadPressurePlant, valve: FirstOrderValve, supply: IdealSupply, kp: float, ki: float
 ) -> NDArray[np.float64]:
-    """The matrix of the PI loop at rest, with velocity, load force, opening and integral as its state.
+    """The matrix of the PI loop at rest, with velocity, hydraulic force, opening and integral as its state.
 
     Each column is what the devices' own equations answer to one small state; at rest they are linear in each.
     """
     small = 1e-9
 
     def rate(x: NDArray[np.float64]) -> list[float]:
-        velocity, load_force, opening, integral = small * x
-        s = LoadPressureState(velocity, load_force, 0.0)
+        velocity, hydraulic_force, opening, integral = small * x
+        s = LoadPressureState(velocity, hydraulic_force, 0.0)
         flow = valve.orifice.flow(opening, supply.drop(), plant.load_pressure(s))
         moving = plant.deriv(s, PortFlows(flow, flow, 0.0, 0.0), 0.0)
         spool = valve.deriv(FirstOrderValveState(opening), -kp * velocity - integral)
-        return [moving.velocity, moving.load_force, spool.opening, ki * velocity]
+        return [moving.velocity, moving.hydraulic_force, spool.opening, ki * velocity]
 
     return np.array([rate(unit) for unit in np.eye(4)]).T / small
 

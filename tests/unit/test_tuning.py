@@ -48,7 +48,7 @@ GIVEN = {
     "valve.time_constant": "10 ms",
     "sensors.type": "NoisySensors",
     "sensors.velocity_noise": "0.5 mm/s",
-    "sensors.load_force_noise": "5 N",
+    "sensors.hydraulic_force_noise": "5 N",
 }
 
 

@@ -32,7 +32,7 @@ class Echo(NamedTuple):
         return Estimates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, s: Estimates, model: Block, y: Measurement, dt: float) -> Estimates:
-        return Estimates(1.0, 2.0, 3.0, y.command, y.velocity, y.load_force)
+        return Estimates(1.0, 2.0, 3.0, y.command, y.velocity, y.hydraulic_force)
 
 
 def seen(x1: float, x2: float, command: float) -> Measurement:
@@ -51,7 +51,7 @@ def test_the_nested_observer_is_told_the_mean_opening() -> None:
         s = observer.step(s, MODEL, seen(0.5, 60.0, u), PERIOD)
         assert s.d2 == pytest.approx(mean, rel=1e-9)
         assert s.opening == pytest.approx(opening, rel=1e-9)
-        assert (s.s1, s.s2, s.d1, s.velocity, s.load_force) == (1.0, 2.0, 3.0, 0.5, 60.0)
+        assert (s.s1, s.s2, s.d1, s.velocity, s.hydraulic_force) == (1.0, 2.0, 3.0, 0.5, 60.0)
         assert s.observer == (1.0, 2.0, 3.0, s.d2, 0.5, 60.0)
 
 
@@ -65,7 +65,13 @@ def miss_of_the_oil(observer: Block, law: type) -> float:
     loop = load_scenario("rig/1khz-pi-sine")
     gains = (100.0, 100.0) if law is Backstepping else (LinearPull(100.0, 100.0),)
     loop = replace(loop, {"controller": law(*gains, observer=observer)})
-    paths = ("controller.observer.d2", "disturbance.d2", "plant.load_force", "valve.opening", "controller.u")
+    paths = (
+        "controller.observer.d2",
+        "disturbance.d2",
+        "plant.hydraulic_force",
+        "valve.opening",
+        "controller.u",
+    )
     run = simulate(loop, record=paths)
     model = believed(loop)
     d2, by_command, x2, opening, u = (run[path].values for path in paths)

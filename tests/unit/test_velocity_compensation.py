@@ -12,7 +12,7 @@ FULL = -MODEL.f2(1.0, 0.0) / MODEL.g2(0.0, 0.0)  # 1/K_v [V s/m]
 
 
 @pytest.mark.parametrize(("share", "left"), [(0.0, 1.0), (0.5, 0.5), (1.0, 0.0)])
-def test_the_load_force_of_a_moved_cylinder_stays(share: float, left: float) -> None:
+def test_the_hydraulic_force_of_a_moved_cylinder_stays(share: float, left: float) -> None:
     """dx2/dt = f2 + g2 u, of which motion alone leaves nothing at k_v = 1/K_v."""
     law = VelocityCompensation(PI(0.0, controls=Velocity()), share * FULL)
     u = law.step(law.init(), Measurement(0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Demand(0.0, 0.0, 0.0), H).u

@@ -199,8 +199,8 @@ class Unknown(NamedTuple):
     def deriv(self, s: Block, flows: Block, force: float) -> Block:
         return self.plant.deriv(s, flows, force)
 
-    def load_force(self, s: Block) -> float:
-        return self.plant.load_force(s)
+    def hydraulic_force(self, s: Block) -> float:
+        return self.plant.hydraulic_force(s)
 
     def outputs(self, s: Block, line: Block, force: float) -> Block:
         return self.plant.outputs(s, line, force)

@@ -78,7 +78,7 @@ def sine(t, force, p):
 
 @njit
 def lumped(t, y, u, force, p):
-    """A load-pressure cylinder on a valve of first order: velocity, load force, position, spool."""
+    """A load-pressure cylinder on a valve of first order: velocity, hydraulic force, position, spool."""
     v, x2, _, spool = y
     demanded = within(p.valve_gain * u, -p.valve_max_opening, p.valve_max_opening)
     drop = p.supply_supply_pressure - p.supply_return_pressure - np.sign(spool) * x2 / p.plant_piston_area

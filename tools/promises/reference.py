@@ -123,7 +123,7 @@ def steady_force(load: Block, t: float) -> float:
     return float((load.final if t > load.time else load.initial) if hasattr(load, "time") else load.amplitude)
 
 
-SIZES = {"pressure": 1e6, "load_force": 1e3, "velocity": 0.1, "position": 0.1, "deflection": 1e-4}
+SIZES = {"pressure": 1e6, "hydraulic_force": 1e3, "velocity": 0.1, "position": 0.1, "deflection": 1e-4}
 
 
 def sizes(like: Block) -> Vector:

@@ -172,7 +172,7 @@ class LoopFacts:
 
     @cached_property
     def noise(self) -> tuple[float, float]:
-        """rms of the noise of the velocity [m/s] and of the load force [N], of the machine at rest."""
+        """rms of the noise of the velocity [m/s] and of the hydraulic force [N], of the machine at rest."""
         loop, h = self.loop, self.period
         state = loop.init()
         seen = loop.seen(state, loop.load.force(0.0))
@@ -181,7 +181,7 @@ class LoopFacts:
             draws = Draws(float(loop.simulation.seed), 0.0, float(k))
             sensors = loop.sensors.step(sensors, seen, draws, h)
             y = loop.sensors.measure(sensors, seen, 0.0)
-            heard.append((y.velocity, y.load_force))
+            heard.append((y.velocity, y.hydraulic_force))
         velocity, force = np.std(heard, axis=0).tolist()
         return float(velocity), float(force)
 

@@ -114,9 +114,9 @@ class Lumped(NamedTuple):
         held, machine, h = loop.held(s), loop.machine(s), loop.simulation.period
         u = loop.hold.at(held, t)
         rate = loop.deriv(t, machine, held).plant
-        x1, x2 = s.plant.velocity, loop.plant.load_force(s.plant)
+        x1, x2 = s.plant.velocity, loop.plant.hydraulic_force(s.plant)
         d1 = rate.velocity - (self.model.f1(x1) + self.model.g1() * x2)
-        free = loop.plant.load_force(rate) - self.model.f2(x1, x2)
+        free = loop.plant.hydraulic_force(rate) - self.model.f2(x1, x2)
         opening = loop.valve.opening(s.valve, u) / self.gain
         d2 = free - self.model.g2(x2, u) * u
         opened = free - self.model.g2(x2, opening) * opening

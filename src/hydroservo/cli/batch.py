@@ -112,7 +112,7 @@ def batch(
     - `hydroservo batch paper/sine-tsmc --runs 1000 --vary plant.bulk_modulus=-30%..+30%`
     - `hydroservo batch paper/sine-pi --runs 300 --vary plant.mass=4..8kg --out runs.csv --out runs.png`
     - `hydroservo batch paper/sine-tsmc --runs 100 --seeds --set sensors.type=NoisySensors
-      --set sensors.velocity_noise="0.5 mm/s" --set sensors.load_force_noise="5 N" --json`
+      --set sensors.velocity_noise="0.5 mm/s" --set sensors.hydraulic_force_noise="5 N" --json`
     - `hydroservo batch paper/sine-pi --runs 1000000 --vary plant.mass=4..8kg --out runs
       --scheduler tcp://head:8786`
     """

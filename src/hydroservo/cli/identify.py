@@ -113,7 +113,7 @@ def identify(
     """Find numbers of a scenario's machine from logs of it, with 95 % intervals.
 
     A log is a table whose header names signals and their units, such as `time [s],command [V],velocity
-    [mm/s],load_force [N]`; other headers are mapped by the scenario's table `[identify.columns]`. The
+    [mm/s],hydraulic_force [N]`; other headers are mapped by the scenario's table `[identify.columns]`. The
     recorded command takes the place of the law. What is sought can stand in the scenario too, in
     `[identify.vary]`. With --out it writes a report (report.html, its tables as CSV and LaTeX in tables), a
     scenario with what was found (scenario.toml), all numbers (metrics.json), and of each log how it was

@@ -210,32 +210,11 @@ class Loop(NamedTuple):
 
     def with_machine(self, s: LoopState, x: MachineState) -> LoopState:
         """The state with its machine part exchanged."""
-        return LoopState(
-            x.plant,
-            x.valve,
-            x.supply,
-            x.drive,
-            s.sensors,
-            s.controller,
-            s.hold,
-            s.reference,
-            s.controlled,
-            s.load,
-        )
+        return LoopState(*x, s.sensors, s.controller, s.hold, s.reference, s.controlled, s.load)
 
     def between(self, s: LoopState, x: MachineState, t: float) -> LoopState:
         """The state between samples, with its machine part as it is then, and what changes with it."""
         force = self.load.force(t)
-        seen = self.seen(x, force)
-        return LoopState(
-            x.plant,
-            x.valve,
-            x.supply,
-            x.drive,
-            s.sensors,
-            s.controller,
-            s.hold,
-            self.reference.at(t),
-            Controlled(self.controls.of(seen, s.controller.u)),
-            External(force),
-        )
+        controlled = Controlled(self.controls.of(self.seen(x, force), s.controller.u))
+        r = self.reference.at(t)
+        return LoopState(*x, s.sensors, s.controller, s.hold, r, controlled, External(force))

@@ -136,7 +136,7 @@ def valve_damps(facts: Facts) -> Assumption:
 
 
 def noise_known(name: str, believed: float, facts: Facts, signal: int) -> Assumption:
-    """That the noise of a signal, 0 the velocity or 1 the load force, is what a design took it for."""
+    """That the noise of a signal, 0 the velocity or 1 the hydraulic force, is what a design took it for."""
     meaning, unit = f"{name} is within a factor 3 of the noise", ("m/s", "N")[signal]
     return near("noise known", meaning, believed, facts.noise[signal], 3.0, unit)
 

@@ -18,7 +18,7 @@ class Measurement(NamedTuple):
     """What a controller is given at a sample."""
 
     velocity: Annotated[float, Field("m/s", "x1, piston velocity")]
-    load_force: Annotated[float, Field("N", "x2 = A_p p_L")]
+    hydraulic_force: Annotated[float, Field("N", "x2 = A_p p_L")]
     position: Annotated[float, Field("m", "piston position from the stroke's lower end")]
     command: Annotated[float, Field("V", "mean of u as applied over the period just ended")]
     pressure_a: Annotated[float, Field("Pa", "pressure in chamber A")]
@@ -29,7 +29,7 @@ class Measurement(NamedTuple):
         """What a nested law is given, with its own share of the applied command [V]."""
         return Measurement(
             self.velocity,
-            self.load_force,
+            self.hydraulic_force,
             self.position,
             command,
             self.pressure_a,
@@ -42,7 +42,7 @@ class MachineOutputs(NamedTuple):
     """What of the machine sensors can see."""
 
     velocity: Annotated[float, Field("m/s", "piston velocity")]
-    load_force: Annotated[float, Field("N", "force of both chambers on the piston")]
+    hydraulic_force: Annotated[float, Field("N", "force of both chambers on the piston")]
     position: Annotated[float, Field("m", "piston position from the stroke's lower end")]
     pressure_a: Annotated[float, Field("Pa", "pressure in chamber A")]
     pressure_b: Annotated[float, Field("Pa", "pressure in chamber B")]

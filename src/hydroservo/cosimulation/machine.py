@@ -49,8 +49,8 @@ class ForeignMachine(NamedTuple):
     def deriv(self, s: MachineOutputs, flows: PortFlows, force: float) -> MachineOutputs:
         return MachineOutputs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def load_force(self, s: MachineOutputs) -> float:
-        return s.load_force
+    def hydraulic_force(self, s: MachineOutputs) -> float:
+        return s.hydraulic_force
 
     def outputs(self, s: MachineOutputs, line: Pressures, force: float) -> MachineOutputs:
         return s

@@ -133,7 +133,7 @@ def command_directions(command: Vector, shown: Mapping[str, Vector], period: flo
     yield Direction("valve overlap", "V", -np.clip(command, -width, width) / width, True)
     yield Direction("a shift of the valve's null", "V", np.ones(command.size), False)
     yield Direction("a valve gain that differs by direction", "", np.abs(command), False)
-    load = shown["load_force"]
+    load = shown["hydraulic_force"]
     yield Direction("leakage", "", -load / max(float(np.abs(load).max()), 1.0), True)
     sides = [shown["pressure_a"], shown["pressure_b"]]
     rates = [np.gradient(side, period) / np.maximum(side + AIR, 0.1 * AIR) ** 2 for side in sides]
@@ -250,7 +250,7 @@ def driven(problem: Problem, best: Solution, found: Misfit, number: int) -> Chan
     command = one.segment.inputs[COMMAND]
     forces = list(force_directions(one, signals))
     commands = list(command_directions(command, signals, one.segment.period))
-    force = SMALL * max(float(np.abs(signals["load_force"]).max()), 1.0)
+    force = SMALL * max(float(np.abs(signals["hydraulic_force"]).max()), 1.0)
     volts = SMALL * max(float(np.abs(command).max()), 1e-3)
     runs = [(float(k), force / scale_of(own), 0.0, 0.0) for k, own in enumerate(forces)]
     runs += [(0.0, 0.0, float(k), volts / scale_of(own)) for k, own in enumerate(commands)]

@@ -147,7 +147,7 @@ def balance_problem(
 
     Args:
         segments: of the log.
-        areas: A_A and A_B [m^2]; None where the load force was measured.
+        areas: A_A and A_B [m^2]; None where the hydraulic force was measured.
         driven: whether the log is wrong if its command alone contradicts the rest.
 
     Fails to see a wrong log in which the piston moves one way only, or hardly at all, and takes a load that
@@ -162,7 +162,7 @@ def balance_problem(
     if found is None:
         problem = ""
     elif areas is None or not all(rows.keys() >= PRESSURES for _, rows in stretches):
-        wrong = f"load_force or {moved} is reversed: together they give {found.shown}"
+        wrong = f"hydraulic_force or {moved} is reversed: together they give {found.shown}"
         problem = wrong if found.sign < 0.0 else ""
     else:
         other = resistance([(period, exchanged(rows)) for period, rows in stretches], areas)
@@ -264,11 +264,11 @@ def resisting(parts: Sequence[tuple[Samples, Samples]], speed: float) -> Resista
 
 
 def force_of(rows: Rows, areas: tuple[float, float] | None) -> Samples | None:
-    """The force of the pressures, or the load force, less what was recorded at the rod [N]; None without."""
+    """The hydraulic force, from the pressures or as logged, less that at the rod [N]; None without."""
     if areas is not None and rows.keys() >= PRESSURES:
         driving = areas[0] * rows["pressure_a"] - areas[1] * rows["pressure_b"]
-    elif "load_force" in rows:
-        driving = rows["load_force"]
+    elif "hydraulic_force" in rows:
+        driving = rows["hydraulic_force"]
     else:
         return None
     against: Samples = rows.get("force", rows.get(EXTERNAL_FORCE, np.zeros(driving.size)))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo._version import __version__
-from hydroservo.control.controlled import Command, Force, LoadForce, Position, PressureA, PressureB, Velocity
+from hydroservo.control import controlled
 from hydroservo.control.controlled.this_signal import ThisSignal
 from hydroservo.control.controllers import Saturation
 from hydroservo.control.controllers.state_space import (
@@ -33,13 +33,13 @@ DEMANDS = {  # inputs of a law by their names in python-control
     "reference_second_rate": "demand_second_rate",
 }
 SIGNALS: dict[str, Any] = {
-    "velocity": Velocity(),
-    "load_force": LoadForce(),
-    "position": Position(),
-    "pressure_a": PressureA(),
-    "pressure_b": PressureB(),
-    "force": Force(),
-    "applied_command": Command(),
+    "velocity": controlled.Velocity(),
+    "hydraulic_force": controlled.HydraulicForce(),
+    "position": controlled.Position(),
+    "pressure_a": controlled.PressureA(),
+    "pressure_b": controlled.PressureB(),
+    "force": controlled.Force(),
+    "applied_command": controlled.Command(),
 }
 PLACES = ("first", "second", "third")
 SAME = 1e-9  # of a sample period
@@ -49,12 +49,12 @@ def to_law(system: Any, loop: Loop, *, limit: float = 10.0) -> StateSpace:
     """A sampled linear law of python-control as a law that a loop runs, tunes and exports.
 
     Its inputs are told by their names: ``reference_value``, ``reference_rate``, ``reference_second_rate``,
-    ``velocity``, ``load_force``, ``position``, ``pressure_a``, ``pressure_b``, ``force``,
+    ``velocity``, ``hydraulic_force``, ``position``, ``pressure_a``, ``pressure_b``, ``force``,
     ``applied_command``, as :func:`~hydroservo.interop.to_statespace` has them, and ``controlled`` for what
     the loop controls. A single input of another name is the error, the demand less what is controlled. Its
     output is the command, with the sign that it has: a state feedback u = -K x has the gain -K::
 
-        law = control.ss([], [], [], [[-k]], loop.simulation.period, inputs=["velocity", "load_force"])
+        law = control.ss([], [], [], [[-k]], loop.simulation.period, inputs=["velocity", "hydraulic_force"])
         hs.simulate(hs.replace(loop, {"controller": to_law(law, loop)}))
 
     Args:

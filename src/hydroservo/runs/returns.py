@@ -21,7 +21,7 @@ from hydroservo.core.roles.saying import is_role
 
 STATES: dict[Any, tuple[str, ...]] = {  # the numbers that others read in the state of a role
     Controller: ("u",),
-    Observer: ("d1", "d2", "s1", "s2", "velocity", "load_force"),
+    Observer: ("d1", "d2", "s1", "s2", "velocity", "hydraulic_force"),
     Differentiator: ("rate",),
     Filter: ("value",),
     Plant: ("velocity", "position"),

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 MANIFEST = "study.json"
 LIMITS = "limits"
 PROPERTIES = "properties"
-PRESSURES = {"load_force", "pressure_a", "pressure_b", "force"}  # what a law of class VP uses
+PRESSURES = {"hydraulic_force", "pressure_a", "pressure_b", "force"}  # what a law of class VP uses
 
 
 def write_scenarios(study: Study, entrants: Sequence[Entrant], folder: Path) -> None:

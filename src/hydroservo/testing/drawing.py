@@ -147,7 +147,7 @@ SCALES = {
     "eps": 10.0,
     "force": 100.0,
     "k": 1000.0,
-    "load_force": 100.0,
+    "hydraulic_force": 100.0,
     "load_pressure": 1e6,
     "mass": 10.0,
     "model_rate": 10.0,

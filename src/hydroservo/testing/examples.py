@@ -133,7 +133,7 @@ PUMP = PumpSupply(
 )
 OIL = ConstantOil(PLANT.bulk_modulus)
 CHECK_VALVE = CheckValve(cracking_pressure=5e4, conductance=1e-9)
-KALMAN = KalmanObserver(100.0, 1e6, velocity_noise=5e-4, load_force_noise=5.0)
+KALMAN = KalmanObserver(100.0, 1e6, velocity_noise=5e-4, hydraulic_force_noise=5.0)
 TRANSDUCER = PressureTransducer(0.0, 60e5)
 ARM = OneLinkArm(
     base_distance=0.3,
@@ -251,7 +251,7 @@ BLOCKS: tuple[Block, ...] = (
     NoisySensors(5e-4, 5.0),
     PID(3.0, 100.0, 1e-3, 0.9, 1e-3, 1e-6),
     PressureFeedback(LAW, force_gain=1e-4, time_constant=0.02),
-    PositionKalmanObserver(100.0, 1e6, position_noise=3e-7, load_force_noise=5.0),
+    PositionKalmanObserver(100.0, 1e6, position_noise=3e-7, hydraulic_force_noise=5.0),
     RigSensors(Encoder(1e-6), pressure_a=TRANSDUCER, pressure_b=TRANSDUCER),
     FlowCompensation(
         LAW,

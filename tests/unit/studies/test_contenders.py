@@ -28,7 +28,7 @@ def test_an_observer_takes_the_place_of_a_laws_own() -> None:
     place = "controller.controller.observer."
     assert {path for path in one.ranges if path.startswith(place)} == {
         f"{place}velocity_rate",
-        f"{place}load_force_rate",
+        f"{place}hydraulic_force_rate",
     }
     assert one.ranges["controller.reach"] == of("fast-terminal-kalman").ranges["controller.reach"]
 
@@ -121,7 +121,7 @@ set.type = "KalmanObserver"
 set.disturbance_1 = 3
 set.disturbance_2 = 1e4
 set.velocity_noise = 1e-3
-set.load_force_noise = 5.0
+set.hydraulic_force_noise = 5.0
 vary = { disturbance_1 = "0.01..1000", disturbance_2 = "100..1e+07", velocity_noise = "1e-5..1" }
 [laws.lq]
 scenario = "laws/lq-sine"

@@ -26,7 +26,7 @@ class Unknowns(NamedTuple):
     leakage: Annotated[float, Field("", "factor on the model's f2(0, x2)")]
     input_gain: Annotated[float, Field("", "factor on the model's g2")]
     load: Annotated[float, Field("m/s^2", "what else accelerates the piston")]
-    flow: Annotated[float, Field("N/s", "what else changes the load force")]
+    flow: Annotated[float, Field("N/s", "what else changes the hydraulic force")]
 
     def squared(self, passed: float) -> float:
         """Sum of squares, where those that act on z1 act on e2 too, by a share ``passed``."""
@@ -123,7 +123,7 @@ class AdaptiveRobust(NamedTuple):
         float, Field("m/s^2", "bound on the constant acceleration", "0: none", at_least=0)
     ] = 0.0
     largest_flow: Annotated[
-        float, Field("N/s", "bound on the constant rate of the load force", "0: none", at_least=0)
+        float, Field("N/s", "bound on the constant rate of the hydraulic force", "0: none", at_least=0)
     ] = 0.0
     dead_zone: Annotated[
         float, Field("m/s", "size of both errors within which nothing is adapted", "0: none", at_least=0)
@@ -206,7 +206,7 @@ class AdaptiveRobust(NamedTuple):
     def step(self, s: AdaptiveRobustState, y: Measurement, r: Demand, dt: float) -> AdaptiveRobustState:
         m, k1, t = self.model, self.velocity_gain, s.estimates
         o = self.observer.step(s.observer, m, y, dt)
-        x1, x2 = o.velocity, o.load_force
+        x1, x2 = o.velocity, o.hydraulic_force
         f1, g1 = m.f1(x1), m.g1()
         functions = self.basis.at(x1)
         f1_slope = t.damping * m.f1_slope() + self.basis.slope(s.weights, functions)

@@ -72,7 +72,7 @@ class Backstepping(NamedTuple):
     def step(self, s: BacksteppingState, y: Measurement, r: Demand, dt: float) -> BacksteppingState:
         m = self.model
         o = self.observer.step(s.observer, m, y, dt)
-        x1, x2 = o.velocity, o.load_force
+        x1, x2 = o.velocity, o.hydraulic_force
         f1, f1_slope, g1 = m.f1(x1), m.f1_slope(), m.g1()
         z1 = x1 - r.value
         zeta1 = (-self.velocity_gain * z1 - f1 - o.d1 + r.rate) * (1.0 / g1)

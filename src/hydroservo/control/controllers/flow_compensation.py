@@ -15,11 +15,11 @@ LARGEST_DROP = 1e12  # [Pa] beyond any; so that no reading makes the gain 0, by 
 
 
 class FlowCompensationState(NamedTuple):
-    """What is put out, the gain that it was given, and the slow part of the load force."""
+    """What is put out, the gain that it was given, and the slow part of the hydraulic force."""
 
     u: Annotated[float, Field("V", "command")]
     gain: Annotated[float, Field("", "command over that of the law")]
-    slow_force: Annotated[float, Field("N", "load force through the low-pass")]
+    slow_force: Annotated[float, Field("N", "hydraulic force through the low-pass")]
     controller: Block
 
 
@@ -28,13 +28,13 @@ class FlowCompensation(NamedTuple):
     """The command of a nested law, scaled so that the flow into chamber A is that at the rated drop.
 
     u = sat(u_law sqrt(rated_drop/max(drop, least_drop))); the drop is that over the open edge of port A in
-    steady motion under the load force x2, with alpha = A_B/A_A, and p_s as the controller knows it::
+    steady motion under the hydraulic force x2, with alpha = A_B/A_A, and p_s as the controller knows it::
 
         drop = (p_s - x2/A_A)/(1 + alpha^3)  where u_law > 0,  (alpha p_s + x2/A_A)/(1 + alpha^3)  elsewhere
 
     So the velocity per command is one number for both directions and all loads, K_v = Q_rated/(A_A u_rated).
-    The load force is A_A p_A - A_B p_B as measured, through a low-pass of first order. The nested law learns
-    of the applied command as its own.
+    The hydraulic force is A_A p_A - A_B p_B as measured, through a low-pass of first order. The nested law
+    learns of the applied command as its own.
 
     Source: the square-root law of two edges in series with a cylinder that is in balance: Merritt, Hydraulic
     Control Systems, 1967, ch. 5; with a return pressure of 0 and matched edges.
@@ -49,7 +49,7 @@ class FlowCompensation(NamedTuple):
     area_b: Annotated[float, Field("m^2", "piston area A_B of chamber B", above=0)]
     rated_drop: Annotated[float, Field("Pa", "drop over one edge at which the gain is 1", above=0)]
     least_drop: Annotated[float, Field("Pa", "drop below which the gain rises no further", above=0)]
-    time_constant: Annotated[float, Field("s", "low-pass time constant of the load force", at_least=0)]
+    time_constant: Annotated[float, Field("s", "low-pass time constant of the hydraulic force", at_least=0)]
     saturation: Saturation = Saturation()
 
     def check(self) -> None:
@@ -62,13 +62,13 @@ class FlowCompensation(NamedTuple):
 
     def step(self, s: FlowCompensationState, y: Measurement, r: Demand, dt: float) -> FlowCompensationState:
         controller = self.controller.step(s.controller, y.with_command(y.command / s.gain), r, dt)
-        slow_force = LowPass(self.time_constant).after(s.slow_force, y.load_force, dt)
+        slow_force = LowPass(self.time_constant).after(s.slow_force, y.hydraulic_force, dt)
         drop = ops.maximum(self.drop(controller.u, slow_force), self.least_drop)
         gain = ops.sqrt(self.rated_drop / ops.minimum(drop, LARGEST_DROP))
         return FlowCompensationState(self.saturation.apply(gain * controller.u), gain, slow_force, controller)
 
-    def drop(self, u: float, load_force: float) -> float:
+    def drop(self, u: float, hydraulic_force: float) -> float:
         """The drop over the edge of port A that a command opens [Pa]."""
-        ratio, load = self.area_b / self.area_a, load_force / self.area_a
+        ratio, load = self.area_b / self.area_a, hydraulic_force / self.area_a
         held = ops.where(u > 0.0, self.supply_pressure - load, ratio * self.supply_pressure + load)
         return held / (1.0 + ratio * ratio * ratio)

@@ -105,7 +105,7 @@ class InternalModel(NamedTuple):
         law = StateFeedback(self.gain_1, self.gain_2, self.gain_3)
         m = s.resonator
         remembered = self.gain_4 * s.integral + self.gain_5 * m.quarter + self.gain_6 * m.phase
-        u = law.command(self.model, y.velocity, y.load_force, opening, 0.0, 0.0, r, remembered)
+        u = law.command(self.model, y.velocity, y.hydraulic_force, opening, 0.0, 0.0, r, remembered)
         error = y.velocity - r.value - self.anti_windup * (y.command - s.unlimited)
         resonator = Resonator(self.frequency).step(m, error, dt)
         return InternalModelState(self.saturation.apply(u), opening, s.integral + dt * error, resonator, u)

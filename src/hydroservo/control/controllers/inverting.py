@@ -71,7 +71,7 @@ class Inverting(NamedTuple):
     def step(self, s: InvertingState, y: Measurement, r: Demand, dt: float) -> InvertingState:
         m = self.model
         o = self.observer.step(s.observer, m, y, dt)
-        x1, x2 = o.velocity, o.load_force
+        x1, x2 = o.velocity, o.hydraulic_force
         g1, f1_slope = m.g1(), m.f1_slope()
         acceleration = m.f1(x1) + g1 * x2 + o.d1
         error = VelocityError(x1 - r.value + o.s1, acceleration - r.rate, g1 * o.s2, f1_slope * o.s1)

@@ -128,12 +128,12 @@ class LinearMPC(NamedTuple):
         spool = SpoolLag(self.time_constant).under_held_command(s.opening, y.command, dt)
         o, x3 = self.observer.step(s.observer, self.model, y.with_command(spool.mean), dt), spool.opening
         law = StateFeedback(self.gain_1, self.gain_2, self.gain_3)
-        unlimited = law.command(self.model, o.velocity, o.load_force, x3, o.d1, o.d2, r, 0.0)
+        unlimited = law.command(self.model, o.velocity, o.hydraulic_force, x3, o.d1, o.d2, r, 0.0)
 
-        target = law.target(self.model, o.load_force, x3, o.d1, o.d2, r)
+        target = law.target(self.model, o.hydraulic_force, x3, o.d1, o.d2, r)
         x = States(
             (o.velocity - r.value) * target.gain,
-            (o.load_force - target.load_force) * target.gain,
+            (o.hydraulic_force - target.hydraulic_force) * target.gain,
             x3 - target.opening,
         )
         ahead = self.free_response.times(x).with_first(unlimited - target.opening)

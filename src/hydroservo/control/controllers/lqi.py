@@ -51,7 +51,7 @@ class LQI(NamedTuple):
     K makes the sum over all samples of e^2 + (w (x2 - x2r))^2 + (w_q q)^2 + (rho (u - x3r))^2 least, with
     rho the ``effort``, w the ``force_weight`` and w_q the ``integral_rate``, for the model at rest with the
     valve's lag, sampled. With ``anti_windup`` c > 0 the integral also follows the command that was really
-    applied: back-calculation, for c = 1/k1 that of Hanus. Velocity and load force are taken as measured.
+    applied: back-calculation, for c = 1/k1 that of Hanus. Velocity and hydraulic force are taken as measured.
 
     Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998, sec. 9.2 (the gain) and
     sec. 8.5 (the integral as a state); back-calculation: Astrom and Hagglund, Advanced PID Control, 2006,
@@ -87,7 +87,7 @@ class LQI(NamedTuple):
         opening = SpoolLag(self.time_constant).after(s.opening, y.command, dt)
         law = StateFeedback(self.gain_1, self.gain_2, self.gain_3)
         remembered = self.gain_4 * s.integral
-        u = law.command(self.model, y.velocity, y.load_force, opening, 0.0, 0.0, r, remembered)
+        u = law.command(self.model, y.velocity, y.hydraulic_force, opening, 0.0, 0.0, r, remembered)
         error = y.velocity - r.value - self.anti_windup * (y.command - s.unlimited)
         return LQIState(self.saturation.apply(u), opening, s.integral + dt * error, u)
 

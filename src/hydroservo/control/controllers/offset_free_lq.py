@@ -36,7 +36,7 @@ class OffsetFreeLQState(NamedTuple):
 @role(Controller)
 @controlling(Velocity)
 class OffsetFreeLQ(NamedTuple):
-    """Velocity, load force and the valve's opening led to where demand and disturbances put them.
+    """Velocity, hydraulic force and the valve's opening led to where demand and disturbances put them.
 
     With x = [x1, x2, x3], x3 the modelled opening in volts, and d1, d2, x1 and x2 as the nested ``observer``
     hands them on::
@@ -85,7 +85,7 @@ class OffsetFreeLQ(NamedTuple):
         spool = SpoolLag(self.time_constant).under_held_command(s.opening, y.command, dt)
         o = self.observer.step(s.observer, self.model, y.with_command(spool.mean), dt)
         law = StateFeedback(self.gain_1, self.gain_2, self.gain_3)
-        u = law.command(self.model, o.velocity, o.load_force, spool.opening, o.d1, o.d2, r, 0.0)
+        u = law.command(self.model, o.velocity, o.hydraulic_force, spool.opening, o.d1, o.d2, r, 0.0)
         return OffsetFreeLQState(self.saturation.apply(u), spool.opening, o)
 
     def designed(self, model: DesignModel, period: float) -> "OffsetFreeLQ":

@@ -13,22 +13,22 @@ from hydroservo.core.signals import Demand, Measurement
 
 
 class PressureFeedbackState(NamedTuple):
-    """What is put out, what of it is fed back, and the slow part of the load force."""
+    """What is put out, what of it is fed back, and the slow part of the hydraulic force."""
 
     u: Annotated[float, Field("V", "command")]
     fed_back: Annotated[float, Field("V", "what the pressures took off the command")]
-    slow_force: Annotated[float, Field("N", "load force through the low-pass")]
+    slow_force: Annotated[float, Field("N", "hydraulic force through the low-pass")]
     controller: Block
 
 
 @role(Controller)
 class PressureFeedback(NamedTuple):
-    """The command of a nested law, less what the load force does quickly: electronic damping of the axis.
+    """The command of a nested law, less the quick part of the hydraulic force: electronic damping.
 
     u = sat(u_law - k_f (x2 - x2 through a low-pass of first order)),  x2 = A_A p_A - A_B p_B as measured
 
     With a valve that is faster than the axis, and 1/tau well below omega_h, it adds g2 k_f/(2 omega_h) to
-    the damping ratio, with g2 [N/(s V)] the rate of the load force per command. A steady load is not fed
+    the damping ratio, with g2 [N/(s V)] the rate of the hydraulic force per command. A steady load is not fed
     back, and costs no stiffness. The nested law learns of the applied command without what was fed back.
 
     Source: dynamic pressure feedback, with an example by Moog: Kutz (ed.), Mechanical Engineers' Handbook,
@@ -50,8 +50,8 @@ class PressureFeedback(NamedTuple):
         return PressureFeedbackState(0.0, 0.0, math.nan, self.controller.init())
 
     def step(self, s: PressureFeedbackState, y: Measurement, r: Demand, dt: float) -> PressureFeedbackState:
-        slow_force = LowPass(self.time_constant).after(s.slow_force, y.load_force, dt)
-        fed_back = self.force_gain * (y.load_force - slow_force)
+        slow_force = LowPass(self.time_constant).after(s.slow_force, y.hydraulic_force, dt)
+        fed_back = self.force_gain * (y.hydraulic_force - slow_force)
         controller = self.controller.step(s.controller, y.with_command(y.command + s.fed_back), r, dt)
         u = self.saturation.apply(controller.u - fed_back)
         return PressureFeedbackState(u, fed_back, slow_force, controller)

@@ -21,14 +21,14 @@ AntiWindupWeight = Annotated[
 ]
 SpoolTimeConstant = Annotated[float, Field("s", "modelled spool time constant; 0: no lag", at_least=0)]
 VelocityGain = Annotated[float, Field("V s/m", "gain of the velocity", COMPUTED, derived=True)]
-ForceGain = Annotated[float, Field("V/N", "gain of the load force", COMPUTED, derived=True)]
+ForceGain = Annotated[float, Field("V/N", "gain of the hydraulic force", COMPUTED, derived=True)]
 OpeningGain = Annotated[float, Field("", "gain of the opening", COMPUTED, derived=True)]
 
 
 class Target(NamedTuple):
     """Where the model follows a demand, and the orifice's gain there."""
 
-    load_force: Annotated[float, Field("N", "load force x2r")]
+    hydraulic_force: Annotated[float, Field("N", "hydraulic force x2r")]
     opening: Annotated[float, Field("V", "opening x3r, as the command that would hold it")]
     gain: Annotated[float, Field("", "gain of the orifice at rest over that now, g2(0)/g2")]
 
@@ -36,8 +36,8 @@ class Target(NamedTuple):
 class StateFeedback(NamedTuple):
     """u = x3r - K (x - xr), with the orifice's gain made that at rest.
 
-    x = [x1, x2, x3] is velocity, load force and the valve's opening in volts. Where the model follows the
-    demand r under disturbances that stay, it is at xr::
+    x = [x1, x2, x3] is velocity, hydraulic force and the valve's opening in volts. Where the model follows
+    the demand r under disturbances that stay, it is at xr::
 
         x1r = r,   x2r = (r' - f1(r) - d1)/g1,   x3r = ((r'' - f1' r')/g1 - f2(x1r, x2r) - d2)/g2(x2, x3)
         u   = x3r - g2(0)/g2(x2, x3) (k1 (x1 - x1r) + k2 (x2 - x2r) + v) - k3 (x3 - x3r)
@@ -50,11 +50,11 @@ class StateFeedback(NamedTuple):
     """
 
     gain_1: Annotated[float, Field("V s/m", "gain of the velocity")]
-    gain_2: Annotated[float, Field("V/N", "gain of the load force")]
+    gain_2: Annotated[float, Field("V/N", "gain of the hydraulic force")]
     gain_3: Annotated[float, Field("", "gain of the opening")]
 
     def target(self, model: DesignModel, x2: float, x3: float, d1: float, d2: float, r: Demand) -> Target:
-        """Where load force and opening are to be."""
+        """Where hydraulic force and opening are to be."""
         g1, g2 = model.g1(), model.g2(x2, x3)
         x2r = (r.rate - model.f1(r.value) - d1) * (1.0 / g1)
         rate = (r.second_rate - model.f1_slope() * r.rate) * (1.0 / g1)
@@ -74,5 +74,5 @@ class StateFeedback(NamedTuple):
     ) -> float:
         """The command before saturation [V]."""
         target = self.target(model, x2, x3, d1, d2, r)
-        pull = self.gain_1 * (x1 - r.value) + self.gain_2 * (x2 - target.load_force) + remembered
+        pull = self.gain_1 * (x1 - r.value) + self.gain_2 * (x2 - target.hydraulic_force) + remembered
         return target.opening - target.gain * pull - self.gain_3 * (x3 - target.opening)

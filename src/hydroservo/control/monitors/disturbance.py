@@ -59,9 +59,9 @@ class Disturbance(NamedTuple):
         model, estimates = model_in(loop.controller), estimates_in(s.controller)
         held = loop.held(s)
         u, rate = loop.hold.at(held, t), loop.deriv(t, loop.machine(s), held).plant
-        x1, x2 = s.plant.velocity, loop.plant.load_force(s.plant)
+        x1, x2 = s.plant.velocity, loop.plant.hydraulic_force(s.plant)
         d1 = rate.velocity - (model.f1(x1) + model.g1() * x2)
-        d2 = loop.plant.load_force(rate) - (model.f2(x1, x2) + model.g2(x2, u) * u)
+        d2 = loop.plant.hydraulic_force(rate) - (model.f2(x1, x2) + model.g2(x2, u) * u)
         miss_1, miss_2 = estimates.d1 - d1, estimates.d2 - d2
         steady = t >= HALF * loop.simulation.duration
         return DisturbanceState(

@@ -23,9 +23,9 @@ class AdaptiveTSMObserverState(NamedTuple):
     d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
     d2: Annotated[float, Field("N/s", "estimate of the lumped disturbance d_L2")]
     velocity: Annotated[float, Field("m/s", "measured velocity, which the law takes")]
-    load_force: Annotated[float, Field("N", "measured load force, which the law takes")]
+    hydraulic_force: Annotated[float, Field("N", "measured hydraulic force, which the law takes")]
     v1: Annotated[float, Field("m/s", "velocity predicted for the next sample")]
-    v2: Annotated[float, Field("N", "load force predicted for the next sample, without the command")]
+    v2: Annotated[float, Field("N", "hydraulic force predicted for the next sample, without the command")]
     g2: Annotated[float, Field("N/(s V)", "input gain g2 of this period")]
     switching_gain_1: Annotated[float, Field("m/s^2", "switching gain D_1")]
     switching_gain_2: Annotated[float, Field("N/s", "switching gain D_2")]
@@ -99,7 +99,7 @@ class AdaptiveTSMObserver(NamedTuple):
             d1=first.d1,
             d2=first.d2,
             velocity=first.velocity,
-            load_force=first.load_force,
+            hydraulic_force=first.hydraulic_force,
             v1=first.v1,
             v2=first.v2,
             g2=first.g2,
@@ -123,7 +123,7 @@ class AdaptiveTSMObserver(NamedTuple):
             least.exponent,
             least.realisation,
         )
-        last = TSMObserverState(s.s1, s.s2, s.d1, s.d2, s.velocity, s.load_force, s.v1, s.v2, s.g2)
+        last = TSMObserverState(s.s1, s.s2, s.d1, s.d2, s.velocity, s.hydraulic_force, s.v1, s.v2, s.g2)
         o = observer.step(last, model, y, dt)
         filtered_1, filtered_2 = self.filtered(s.filtered_1, o.d1, dt), self.filtered(s.filtered_2, o.d2, dt)
         target_1 = ops.minimum(
@@ -139,7 +139,7 @@ class AdaptiveTSMObserver(NamedTuple):
             d1=o.d1,
             d2=o.d2,
             velocity=o.velocity,
-            load_force=o.load_force,
+            hydraulic_force=o.hydraulic_force,
             v1=o.v1,
             v2=o.v2,
             g2=o.g2,

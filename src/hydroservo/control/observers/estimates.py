@@ -13,4 +13,4 @@ class Estimates(NamedTuple):
     d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
     d2: Annotated[float, Field("N/s", "estimate of the lumped disturbance d_L2")]
     velocity: Annotated[float, Field("m/s", "velocity, which the law takes")]
-    load_force: Annotated[float, Field("N", "load force, which the law takes")]
+    hydraulic_force: Annotated[float, Field("N", "hydraulic force, which the law takes")]

@@ -33,13 +33,15 @@ class ExtendedStateObserver(NamedTuple):
     """
 
     velocity_bandwidth: Annotated[float, Field("rad/s", "bandwidth w_1 for velocity and d_L1", above=0)]
-    load_force_bandwidth: Annotated[float, Field("rad/s", "bandwidth w_2 for load force and d_L2", above=0)]
+    hydraulic_force_bandwidth: Annotated[
+        float, Field("rad/s", "bandwidth w_2 for hydraulic force and d_L2", above=0)
+    ]
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        fastest = max(self.velocity_bandwidth, self.load_force_bandwidth)
+        fastest = max(self.velocity_bandwidth, self.hydraulic_force_bandwidth)
         return [
             sampled_faster(fastest, facts, "the larger bandwidth"),
-            valve_faster(self.load_force_bandwidth, facts, "the bandwidth of d_L2"),
+            valve_faster(self.hydraulic_force_bandwidth, facts, "the bandwidth of d_L2"),
             model_stable(facts),
         ]
 
@@ -47,17 +49,19 @@ class ExtendedStateObserver(NamedTuple):
         return Estimates(0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
 
     def step(self, s: Estimates, model: DesignModel, y: Measurement, dt: float) -> Estimates:
-        ahead = model.ahead(s.velocity, s.load_force, y.command, s.d1, s.d2, dt)
-        lost = ops.isnan(ahead.velocity)  # as is the load force, on which it depends
+        ahead = model.ahead(s.velocity, s.hydraulic_force, y.command, s.d1, s.d2, dt)
+        lost = ops.isnan(ahead.velocity)  # as is the hydraulic force, on which it depends
         z1 = ops.power(math.e, -self.velocity_bandwidth * dt)
-        z2 = ops.power(math.e, -self.load_force_bandwidth * dt)
+        z2 = ops.power(math.e, -self.hydraulic_force_bandwidth * dt)
         miss1 = ops.where(lost, 0.0, y.velocity - ahead.velocity)
-        miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
+        miss2 = ops.where(lost, 0.0, y.hydraulic_force - ahead.hydraulic_force)
         return Estimates(
             s1=0.0,
             s2=0.0,
             d1=ops.where(lost, 0.0, s.d1 + (1.0 - z1) * (1.0 - z1) / dt * miss1),
             d2=ops.where(lost, 0.0, s.d2 + (1.0 - z2) * (1.0 - z2) / dt * miss2),
             velocity=ops.where(lost, y.velocity, ahead.velocity + (1.0 - z1 * z1) * miss1),
-            load_force=ops.where(lost, y.load_force, ahead.load_force + (1.0 - z2 * z2) * miss2),
+            hydraulic_force=ops.where(
+                lost, y.hydraulic_force, ahead.hydraulic_force + (1.0 - z2 * z2) * miss2
+            ),
         )

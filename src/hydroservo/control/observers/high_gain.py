@@ -33,12 +33,12 @@ class HighGainObserver(NamedTuple):
     """
 
     velocity_rate: Annotated[float, Field("1/s", "rate L_1 of the estimate of d_L1", above=0)]
-    load_force_rate: Annotated[float, Field("1/s", "rate L_2 of the estimate of d_L2", above=0)]
+    hydraulic_force_rate: Annotated[float, Field("1/s", "rate L_2 of the estimate of d_L2", above=0)]
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
         noise = facts.noise[0] / facts.period * -math.expm1(-self.velocity_rate * facts.period)
         return [
-            valve_faster(self.load_force_rate, facts, "L_2"),
+            valve_faster(self.hydraulic_force_rate, facts, "L_2"),
             model_stable(facts),
             below(
                 "noise",
@@ -54,15 +54,15 @@ class HighGainObserver(NamedTuple):
         return Estimates(0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
 
     def step(self, s: Estimates, model: DesignModel, y: Measurement, dt: float) -> Estimates:
-        ahead = model.ahead(s.velocity, s.load_force, y.command, s.d1, s.d2, dt)
-        lost = ops.isnan(ahead.velocity)  # as is the load force, on which it depends
+        ahead = model.ahead(s.velocity, s.hydraulic_force, y.command, s.d1, s.d2, dt)
+        lost = ops.isnan(ahead.velocity)  # as is the hydraulic force, on which it depends
         gain_1 = (1.0 - ops.power(math.e, -self.velocity_rate * dt)) / dt
-        gain_2 = (1.0 - ops.power(math.e, -self.load_force_rate * dt)) / dt
+        gain_2 = (1.0 - ops.power(math.e, -self.hydraulic_force_rate * dt)) / dt
         return Estimates(
             s1=0.0,
             s2=0.0,
             d1=ops.where(lost, 0.0, s.d1 + gain_1 * (y.velocity - ahead.velocity)),
-            d2=ops.where(lost, 0.0, s.d2 + gain_2 * (y.load_force - ahead.load_force)),
+            d2=ops.where(lost, 0.0, s.d2 + gain_2 * (y.hydraulic_force - ahead.hydraulic_force)),
             velocity=y.velocity,
-            load_force=y.load_force,
+            hydraulic_force=y.hydraulic_force,
         )

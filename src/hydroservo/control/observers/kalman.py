@@ -19,7 +19,7 @@ COMPUTED = "a Riccati equation"
 
 @role(Observer)
 class KalmanObserver(NamedTuple):
-    """Estimates of velocity, load force and both lumped disturbances from noisy measurements.
+    """Estimates of velocity, hydraulic force and both lumped disturbances from noisy measurements.
 
     With x = [x1, x2, d_L1, d_L2], the disturbances random walks of intensity q_i, and white measurement noise
     of rms r_i per sample::
@@ -46,7 +46,7 @@ class KalmanObserver(NamedTuple):
         float, Field("N/s^(3/2)", "intensity q2 of d_L2's random walk [N/s per root s]", above=0)
     ]
     velocity_noise: Annotated[float, Field("m/s", "rms r1 of the velocity's noise", above=0)]
-    load_force_noise: Annotated[float, Field("N", "rms r2 of the load force's noise", above=0)]
+    hydraulic_force_noise: Annotated[float, Field("N", "rms r2 of the hydraulic force's noise", above=0)]
     gain_11: Annotated[float, Field("", "gain of y1 on x1", COMPUTED, derived=True)] = 0.0
     gain_12: Annotated[float, Field("m/(s N)", "gain of y2 on x1", COMPUTED, derived=True)] = 0.0
     gain_21: Annotated[float, Field("N s/m", "gain of y1 on x2", COMPUTED, derived=True)] = 0.0
@@ -59,7 +59,7 @@ class KalmanObserver(NamedTuple):
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
         return [
             noise_known("r_1", self.velocity_noise, facts, 0),
-            noise_known("r_2", self.load_force_noise, facts, 1),
+            noise_known("r_2", self.hydraulic_force_noise, facts, 1),
             model_stable(facts),
         ]
 
@@ -67,10 +67,10 @@ class KalmanObserver(NamedTuple):
         return Estimates(0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
 
     def step(self, s: Estimates, model: DesignModel, y: Measurement, dt: float) -> Estimates:
-        ahead = model.ahead(s.velocity, s.load_force, y.command, s.d1, s.d2, dt)
-        lost = ops.isnan(ahead.velocity)  # as is the load force, on which it depends
+        ahead = model.ahead(s.velocity, s.hydraulic_force, y.command, s.d1, s.d2, dt)
+        lost = ops.isnan(ahead.velocity)  # as is the hydraulic force, on which it depends
         miss1 = ops.where(lost, 0.0, y.velocity - ahead.velocity)
-        miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
+        miss2 = ops.where(lost, 0.0, y.hydraulic_force - ahead.hydraulic_force)
         return Estimates(
             s1=0.0,
             s2=0.0,
@@ -79,8 +79,8 @@ class KalmanObserver(NamedTuple):
             velocity=ops.where(
                 lost, y.velocity, ahead.velocity + self.gain_11 * miss1 + self.gain_12 * miss2
             ),
-            load_force=ops.where(
-                lost, y.load_force, ahead.load_force + self.gain_21 * miss1 + self.gain_22 * miss2
+            hydraulic_force=ops.where(
+                lost, y.hydraulic_force, ahead.hydraulic_force + self.gain_21 * miss1 + self.gain_22 * miss2
             ),
         )
 
@@ -90,5 +90,5 @@ class KalmanObserver(NamedTuple):
         Raises:
             ParameterError: there is no steady state, or it is beyond the range of floating-point numbers.
         """
-        sizes = (self.velocity_noise, self.load_force_noise)
+        sizes = (self.velocity_noise, self.hydraulic_force_noise)
         return self._replace(**steady_gains(self, with_disturbances(model), (0, 1), sizes, period))

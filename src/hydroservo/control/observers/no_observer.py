@@ -19,7 +19,7 @@ class NoObserverState(NamedTuple):
     d1: Annotated[float, Field("m/s^2", "0: no estimate of d_L1")]
     d2: Annotated[float, Field("N/s", "0: no estimate of d_L2")]
     velocity: Annotated[float, Field("m/s", "measured velocity, which the law takes")]
-    load_force: Annotated[float, Field("N", "measured load force, which the law takes")]
+    hydraulic_force: Annotated[float, Field("N", "measured hydraulic force, which the law takes")]
 
 
 @role(Observer)
@@ -34,9 +34,7 @@ class NoObserver(NamedTuple):
         model, largest = facts.model, facts.disturbances[0]
         if model is None:
             return []
-        meaning = (
-            "d_L1, which nothing tells the law of, is below 1 % of 1/m times the load force of the supply"
-        )
+        meaning = "d_L1, unknown to the law, is below 1 % of 1/m times the hydraulic force of the supply"
         held = 0.01 * model.g1() * model.plant.piston_area * model.supply.drop()
         return [below("disturbance unknown", meaning, largest, held, "m/s^2", measured=True)]
 
@@ -44,4 +42,4 @@ class NoObserver(NamedTuple):
         return NoObserverState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, s: NoObserverState, model: DesignModel, y: Measurement, dt: float) -> NoObserverState:
-        return NoObserverState(0.0, 0.0, 0.0, 0.0, y.velocity, y.load_force)
+        return NoObserverState(0.0, 0.0, 0.0, 0.0, y.velocity, y.hydraulic_force)

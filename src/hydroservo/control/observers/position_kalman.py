@@ -26,7 +26,7 @@ class PositionKalmanObserverState(NamedTuple):
     d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
     d2: Annotated[float, Field("N/s", "estimate of the lumped disturbance d_L2")]
     velocity: Annotated[float, Field("m/s", "estimated velocity, which the law takes")]
-    load_force: Annotated[float, Field("N", "estimated load force, which the law takes")]
+    hydraulic_force: Annotated[float, Field("N", "estimated hydraulic force, which the law takes")]
     position: Annotated[float, Field("m", "estimated position")]
 
 
@@ -56,7 +56,7 @@ class PositionKalmanObserver(NamedTuple):
         float, Field("N/s^(3/2)", "intensity q2 of d_L2's random walk [N/s per root s]", above=0)
     ]
     position_noise: Annotated[float, Field("m", "rms r1 of the position's noise", above=0)]
-    load_force_noise: Annotated[float, Field("N", "rms r2 of the load force's noise", above=0)]
+    hydraulic_force_noise: Annotated[float, Field("N", "rms r2 of the hydraulic force's noise", above=0)]
     gain_11: Annotated[float, Field("", "gain of y on position", COMPUTED, derived=True)] = 0.0
     gain_12: Annotated[float, Field("m/N", "gain of x2 on position", COMPUTED, derived=True)] = 0.0
     gain_21: Annotated[float, Field("1/s", "gain of y on x1", COMPUTED, derived=True)] = 0.0
@@ -70,7 +70,7 @@ class PositionKalmanObserver(NamedTuple):
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
         return [
-            noise_known("r_2", self.load_force_noise, facts, 1),
+            noise_known("r_2", self.hydraulic_force_noise, facts, 1),
             model_stable(facts),
         ]
 
@@ -80,19 +80,19 @@ class PositionKalmanObserver(NamedTuple):
     def step(
         self, s: PositionKalmanObserverState, model: DesignModel, y: Measurement, dt: float
     ) -> PositionKalmanObserverState:
-        ahead = model.ahead(s.velocity, s.load_force, y.command, s.d1, s.d2, dt)
+        ahead = model.ahead(s.velocity, s.hydraulic_force, y.command, s.d1, s.d2, dt)
         position = s.position + ahead.travel
-        lost = ops.isnan(position)  # as is velocity or load force, on both of which the way depends
+        lost = ops.isnan(position)  # as is velocity or hydraulic force, on both of which the way depends
         miss1 = ops.where(lost, 0.0, y.position - position)
-        miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
+        miss2 = ops.where(lost, 0.0, y.hydraulic_force - ahead.hydraulic_force)
         return PositionKalmanObserverState(
             s1=0.0,
             s2=0.0,
             d1=ops.where(lost, 0.0, s.d1 + self.gain_41 * miss1 + self.gain_42 * miss2),
             d2=ops.where(lost, 0.0, s.d2 + self.gain_51 * miss1 + self.gain_52 * miss2),
             velocity=ops.where(lost, 0.0, ahead.velocity + self.gain_21 * miss1 + self.gain_22 * miss2),
-            load_force=ops.where(
-                lost, y.load_force, ahead.load_force + self.gain_31 * miss1 + self.gain_32 * miss2
+            hydraulic_force=ops.where(
+                lost, y.hydraulic_force, ahead.hydraulic_force + self.gain_31 * miss1 + self.gain_32 * miss2
             ),
             position=ops.where(lost, y.position, position + self.gain_11 * miss1 + self.gain_12 * miss2),
         )
@@ -106,5 +106,5 @@ class PositionKalmanObserver(NamedTuple):
         rates = np.zeros((5, 5))
         rates[0, 1] = 1.0
         rates[1:, 1:] = with_disturbances(model)
-        sizes = (self.position_noise, self.position_noise / period, self.load_force_noise)
+        sizes = (self.position_noise, self.position_noise / period, self.hydraulic_force_noise)
         return self._replace(**steady_gains(self, rates, (0, 2), sizes, period))

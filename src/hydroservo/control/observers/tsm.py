@@ -21,9 +21,9 @@ class TSMObserverState(NamedTuple):
     d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
     d2: Annotated[float, Field("N/s", "estimate of the lumped disturbance d_L2")]
     velocity: Annotated[float, Field("m/s", "measured velocity, which the law takes")]
-    load_force: Annotated[float, Field("N", "measured load force, which the law takes")]
+    hydraulic_force: Annotated[float, Field("N", "measured hydraulic force, which the law takes")]
     v1: Annotated[float, Field("m/s", "velocity predicted for the next sample")]
-    v2: Annotated[float, Field("N", "load force predicted for the next sample, without the command")]
+    v2: Annotated[float, Field("N", "hydraulic force predicted for the next sample, without the command")]
     g2: Annotated[float, Field("N/(s V)", "input gain g2 of this period")]
 
 
@@ -72,22 +72,27 @@ class TSMObserver(NamedTuple):
     def step(self, s: TSMObserverState, model: DesignModel, y: Measurement, dt: float) -> TSMObserverState:
         predicted = s.v2 + dt * s.g2 * y.command
         v1 = ops.where(ops.isnan(s.v1), y.velocity, s.v1)
-        v2 = ops.where(ops.isnan(predicted), y.load_force, predicted)
+        v2 = ops.where(ops.isnan(predicted), y.hydraulic_force, predicted)
         c1 = self.realisation.first(
             v1 - y.velocity, self.linear_gain_1, self.switching_gain_1, self.power_gain_1, self.exponent, dt
         )
         c2 = self.realisation.second(
-            v2 - y.load_force, self.linear_gain_2, self.switching_gain_2, self.power_gain_2, self.exponent, dt
+            v2 - y.hydraulic_force,
+            self.linear_gain_2,
+            self.switching_gain_2,
+            self.power_gain_2,
+            self.exponent,
+            dt,
         )
-        model_acceleration = model.f1(y.velocity) + model.g1() * y.load_force
+        model_acceleration = model.f1(y.velocity) + model.g1() * y.hydraulic_force
         return TSMObserverState(
             s1=c1.surface,
             s2=c2.surface,
             d1=c1.estimate,
             d2=c2.estimate,
             velocity=y.velocity,
-            load_force=y.load_force,
+            hydraulic_force=y.hydraulic_force,
             v1=v1 + dt * (c1.estimate + model_acceleration),
-            v2=v2 + dt * (c2.estimate + model.f2(y.velocity, y.load_force)),
-            g2=model.g2(y.load_force, y.command),
+            v2=v2 + dt * (c2.estimate + model.f2(y.velocity, y.hydraulic_force)),
+            g2=model.g2(y.hydraulic_force, y.command),
         )

@@ -19,7 +19,7 @@ class ValveLagState(NamedTuple):
     d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
     d2: Annotated[float, Field("N/s", "estimate of the lumped disturbance d_L2")]
     velocity: Annotated[float, Field("m/s", "velocity, which the law takes")]
-    load_force: Annotated[float, Field("N", "load force, which the law takes")]
+    hydraulic_force: Annotated[float, Field("N", "hydraulic force, which the law takes")]
     opening: Annotated[float, Field("V", "modelled opening, as the command that would hold it")]
     observer: Block
 
@@ -60,4 +60,4 @@ class ValveLag(NamedTuple):
         return self.handed_on(observer, spool.opening)
 
     def handed_on(self, o: Block, opening: float) -> ValveLagState:
-        return ValveLagState(o.s1, o.s2, o.d1, o.d2, o.velocity, o.load_force, opening, o)
+        return ValveLagState(o.s1, o.s2, o.d1, o.d2, o.velocity, o.hydraulic_force, opening, o)

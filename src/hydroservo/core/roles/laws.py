@@ -24,7 +24,7 @@ class Observer(Protocol):
     """A sampled disturbance observer.
 
     Its state holds the estimates ``d1`` [m/s^2] and ``d2`` [N/s], the surfaces ``s1`` [m/s] and ``s2`` [N],
-    and the ``velocity`` [m/s] and ``load_force`` [N] that a law is to take. One whose d1 and d2 are no
+    and the ``velocity`` [m/s] and ``hydraulic_force`` [N] that a law is to take. One whose d1 and d2 are no
     estimates says so, by the decorator ``without_estimates``.
     """
 
@@ -102,7 +102,7 @@ class Filter(Protocol):
 
 
 class Model(Protocol):
-    """What a law believes of the machine, in strict-feedback form with x1 the velocity and x2 the load force.
+    """A law's model of the machine, in strict-feedback form: x1 is the velocity, x2 the hydraulic force.
 
     dx1/dt = f1(x1) + g1 x2 and dx2/dt = f2(x1, x2) + g2(x2, u) u; ``f1_slope`` is df1/dx1 [1/s].
     """
@@ -110,5 +110,5 @@ class Model(Protocol):
     def f1(self, velocity: float) -> float: ...
     def f1_slope(self) -> float: ...
     def g1(self) -> float: ...
-    def f2(self, velocity: float, load_force: float) -> float: ...
-    def g2(self, load_force: float, command: float) -> float: ...
+    def f2(self, velocity: float, hydraulic_force: float) -> float: ...
+    def g2(self, hydraulic_force: float, command: float) -> float: ...

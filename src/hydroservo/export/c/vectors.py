@@ -108,7 +108,7 @@ def driven(loop: Loop, part: Part, after: Iterable[tuple[float, LoopState]]) -> 
         pushes = (i // IN_A_ROW) % 2
         records: Records = {
             "command": Command(float(loop.command.per_volt) * s.controller.u),
-            "external": ExternalForce(0.1 * loop.plant.load_force(s.plant) * pushes),
+            "external": ExternalForce(0.1 * loop.plant.hydraulic_force(s.plant) * pushes),
         }
         if part is Part.EQUATIONS:
             records = {**records, "instant": Instant(t, loop.load.next_jump(t)), "machine": loop.machine(s)}

@@ -164,8 +164,8 @@ def decay(logs: Sequence[Understood], piston: Piston) -> Found:
     leakage.
 
     Args:
-        logs: with both pressures, or the load force of a plant described by it; and the position where the
-            piston moves.
+        logs: with both pressures, or the hydraulic force of a plant described by it; and the position
+            where the piston moves.
         piston: of the scenario's plant: areas and volumes.
 
     Source: the continuity of flow; Merritt, Hydraulic Control Systems, 1967, ch. 6; least squares.
@@ -228,8 +228,10 @@ def offset_remark(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -
 
 def check_signals(log: Understood, piston: Piston) -> None:
     """Refuse a log that is none of blocked ports."""
-    by_load_force = not piston.has_chambers and any("load_force" in one.measured for one in log.segments)
-    if not by_load_force:
+    by_hydraulic_force = not piston.has_chambers and any(
+        "hydraulic_force" in one.measured for one in log.segments
+    )
+    if not by_hydraulic_force:
         for name in ("pressure_a", "pressure_b"):
             demand(log, (name,), "a decay")
     for one in log.segments:

@@ -65,14 +65,14 @@ def watched(one: Segment, piston: Piston) -> Watched:
     """What a stretch shows of both chambers.
 
     Args:
-        one: with both pressures, or the load force of a plant that is described by it.
+        one: with both pressures, or the hydraulic force of a plant that is described by it.
         piston: of the plant.
     """
     measured = one.measured
     if {"pressure_a", "pressure_b"} <= set(measured):
         rows = {"a": measured["pressure_a"], "b": measured["pressure_b"]}
     else:
-        half = 0.5 * measured["load_force"] / piston.area_a
+        half = 0.5 * measured["hydraulic_force"] / piston.area_a
         rows = {"a": half, "b": -half}
     rows["x"] = measured.get("position", np.full(one.samples, piston.plant.start_position))
     period, few = thinned(one.period, rows)
@@ -130,7 +130,7 @@ class DecayFit(NamedTuple):
         modulus: the bulk modulus [Pa], as found, or that of the scenario.
         seen: whether a motion tells it.
         external: whether leakage to the outside is among the columns.
-        offsets: how many offsets of sensors are: 0, or 1 of a load force, or 2.
+        offsets: how many offsets of sensors are: 0, or 1 of a hydraulic force, or 2.
     """
 
     found: Regression
@@ -268,7 +268,7 @@ def columns(one: Balance, place: int, count: int, external: bool, moved: bool, o
         count: of the constants.
         external: whether leakage to the outside counts.
         moved: whether motion does.
-        offsets: 2 of pressures, 1 of a load force, which chamber B has the other way round, or 0.
+        offsets: 2 of pressures, 1 of a hydraulic force, which chamber B has the other way round, or 0.
     """
     own = np.zeros((one.raised.size, count))
     own[:, place] = 1.0

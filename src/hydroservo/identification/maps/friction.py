@@ -55,7 +55,7 @@ def friction(logs: Sequence[Understood], loop: Loop | None, piston: Piston | Non
     :func:`~hydroservo.identification.maps.friction_law.fitted_friction` says.
 
     Args:
-        logs: with velocity or position, and both pressures or the load force.
+        logs: with velocity or position, and both pressures or the hydraulic force.
         loop: of the scenario; None without one.
         piston: of its plant.
 
@@ -87,13 +87,13 @@ def friction(logs: Sequence[Understood], loop: Loop | None, piston: Piston | Non
 def check_signals(log: Understood, piston: Piston | None) -> None:
     """Refuse a log from which friction does not follow."""
     demand(log, ("velocity", "position"), "a friction map")
-    if all("load_force" in one.measured for one in log.segments):
+    if all("hydraulic_force" in one.measured for one in log.segments):
         return
     for name in ("pressure_a", "pressure_b"):
-        demand(log, (name, "load_force"), "a friction map")
+        demand(log, (name, "hydraulic_force"), "a friction map")
     if piston is None:
         raise ScenarioError(
-            log.log.name, "", "has pressures and no load_force: give --scenario for the piston's areas"
+            log.log.name, "", "has pressures and no hydraulic_force: give --scenario for the piston's areas"
         )
 
 
@@ -127,8 +127,8 @@ def drift_of(values: Samples, deviation: float) -> float:
 
 def driving_force(one: Segment, part: slice, piston: Piston | None) -> Samples:
     """A_A p_A - A_B p_B [N]."""
-    if "load_force" in one.measured or piston is None:
-        return one.measured["load_force"][part]
+    if "hydraulic_force" in one.measured or piston is None:
+        return one.measured["hydraulic_force"][part]
     a, b = (one.measured[name][part] for name in ("pressure_a", "pressure_b"))
     return piston.area_a * a - piston.area_b * b
 

@@ -54,8 +54,8 @@ def map_logs(
             ``command`` and measured signals to arrays of shape (n,) in SI units. Friction and decay need no
             command.
         scenario: whose areas, volumes and supply count, by name or path; its table ``[identify.columns]``
-            says which column of a log holds which signal. A pressure gain, and friction from the load force,
-            need none.
+            says which column of a log holds which signal. A pressure gain, and friction from the hydraulic
+            force, need none.
         changes: values by dotted path that override those of the scenario.
         plugins: Python files with blocks that it names; they are executed.
 

@@ -46,8 +46,8 @@ def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston 
 
         p_L = K_p (u - u_0 -+ h/2)          within 40 % of the largest load pressure, either way
 
-    -h/2 as the command rises and +h/2 as it falls; p_L = p_A - p_B, or the load force over the piston's area
-    of a plant that is described by its load pressure.
+    -h/2 as the command rises and +h/2 as it falls; p_L = p_A - p_B, or the hydraulic force over the piston's
+    area of a plant that is described by its load pressure.
 
     Source: ISO 10770-1 and SAE ARP490 (the mean slope within 40 % of the largest load pressure).
     Fails where the lines hold so much oil that the valve's leakage does not keep up with the sweep.
@@ -105,8 +105,8 @@ def load_pressure(one: Segment, piston: Piston | None) -> Samples | None:
     """p_L [Pa]; None where it was not measured."""
     if {"pressure_a", "pressure_b"} <= set(one.measured):
         return one.measured["pressure_a"] - one.measured["pressure_b"]
-    if "load_force" in one.measured and piston is not None and not piston.has_chambers:
-        return one.measured["load_force"] / piston.area_a
+    if "hydraulic_force" in one.measured and piston is not None and not piston.has_chambers:
+        return one.measured["hydraulic_force"] / piston.area_a
     return None
 
 

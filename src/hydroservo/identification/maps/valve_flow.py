@@ -102,7 +102,7 @@ def rows_of(one: Segment, piston: Piston) -> dict[str, Samples]:
     if "position" in one.measured:
         x = one.measured["position"]
         velocity = np.where((x > END * stroke) & (x < (1.0 - END) * stroke), velocity, np.nan)
-    taken = ("position", "pressure_a", "pressure_b", "load_force")
+    taken = ("position", "pressure_a", "pressure_b", "hydraulic_force")
     return {COMMAND: one.inputs[COMMAND], "velocity": velocity} | {
         name: one.measured[name] for name in taken if name in one.measured
     }
@@ -114,8 +114,8 @@ def drops(rows: Mapping[str, Samples], line: Pressures, piston: Piston) -> dict[
     if "pressure_a" in rows:
         a = rows["pressure_a"]
         return {"drop": np.where(outwards, line.supply - a, a - line.tank)}
-    if "load_force" in rows and not piston.has_chambers:
-        load = rows["load_force"] / piston.area_a
+    if "hydraulic_force" in rows and not piston.has_chambers:
+        load = rows["hydraulic_force"] / piston.area_a
         return {"drop": 0.5 * (line.supply - line.tank - np.where(outwards, load, -load))}
     return {}
 

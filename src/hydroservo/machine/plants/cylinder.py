@@ -228,7 +228,7 @@ class Cylinder(NamedTuple):
     def deriv(self, s: CylinderState, flows: PortFlows, force: float) -> CylinderState:
         inertia = self.carried.inertia(s.carried, self.mechanism, s.position)
         net = (
-            self.load_force(s)
+            self.hydraulic_force(s)
             - force
             - self.carried.resistance(s.carried, self.mechanism, s.position, s.velocity)
             + self.stops.force(s.position, s.velocity, self.stroke)
@@ -247,14 +247,16 @@ class Cylinder(NamedTuple):
             carried=self.carried.deriv(s.carried, self.mechanism, s.position, s.velocity, acceleration),
         )
 
-    def load_force(self, s: CylinderState) -> float:
+    def hydraulic_force(self, s: CylinderState) -> float:
         """A_A p_A - A_B p_B [N]; of a state's rate, its rate."""
         return self.area_a * s.pressure_a - self.area_b * s.pressure_b
 
     def outputs(self, s: CylinderState, line: Pressures, force: float) -> MachineOutputs:
         """What sensors can see; the force at the rod is the mechanism's resistance and the external force."""
         met = self.carried.resistance(s.carried, self.mechanism, s.position, s.velocity) + force
-        return MachineOutputs(s.velocity, self.load_force(s), s.position, s.pressure_a, s.pressure_b, met)
+        return MachineOutputs(
+            s.velocity, self.hydraulic_force(s), s.position, s.pressure_a, s.pressure_b, met
+        )
 
     def volume_a(self, position: float) -> float:
         """V_A, kept above a hundredth of the dead volume [m^3]."""

@@ -14,7 +14,7 @@ class NominalMotion(NamedTuple):
     """How the nominal model moves: where it is after some time, or its rates."""
 
     velocity: Annotated[float, Field("m/s", "velocity x1")]
-    load_force: Annotated[float, Field("N", "load force x2")]
+    hydraulic_force: Annotated[float, Field("N", "hydraulic force x2")]
     travel: Annotated[float, Field("m", "way gone since the start")]
 
 
@@ -51,34 +51,36 @@ class DesignModel(NamedTuple):
     def g1(self) -> float:
         return 1.0 / self.plant.mass
 
-    def f2(self, velocity: float, load_force: float) -> float:
-        return self.plant.free_force_rate(velocity, load_force)
+    def f2(self, velocity: float, hydraulic_force: float) -> float:
+        return self.plant.free_force_rate(velocity, hydraulic_force)
 
-    def g2(self, load_force: float, command: float) -> float:
-        drop = self.supply.drop() - ops.sign(command) * load_force * (1.0 / self.plant.piston_area)
+    def g2(self, hydraulic_force: float, command: float) -> float:
+        drop = self.supply.drop() - ops.sign(command) * hydraulic_force * (1.0 / self.plant.piston_area)
         per_opening = self.orifice.flow_per_opening(ops.maximum(drop, self.least_drop))
         return self.plant.flow_gain() * per_opening * self.valve_gain
 
     def ahead(
-        self, velocity: float, load_force: float, u: float, d1: float, d2: float, dt: float
+        self, velocity: float, hydraulic_force: float, u: float, d1: float, d2: float, dt: float
     ) -> NominalMotion:
         """Where it is after ``dt`` [s] under a held command and disturbances (classical Runge-Kutta)."""
-        drive = d2 + self.g2(load_force, u) * u
+        drive = d2 + self.g2(hydraulic_force, u) * u
         half, sixth = 0.5 * dt, dt / 6.0
-        k1 = self.rates(velocity, load_force, d1, drive)
-        k2 = self.rates(velocity + half * k1.velocity, load_force + half * k1.load_force, d1, drive)
-        k3 = self.rates(velocity + half * k2.velocity, load_force + half * k2.load_force, d1, drive)
-        k4 = self.rates(velocity + dt * k3.velocity, load_force + dt * k3.load_force, d1, drive)
+        k1 = self.rates(velocity, hydraulic_force, d1, drive)
+        k2 = self.rates(velocity + half * k1.velocity, hydraulic_force + half * k1.hydraulic_force, d1, drive)
+        k3 = self.rates(velocity + half * k2.velocity, hydraulic_force + half * k2.hydraulic_force, d1, drive)
+        k4 = self.rates(velocity + dt * k3.velocity, hydraulic_force + dt * k3.hydraulic_force, d1, drive)
         return NominalMotion(
             velocity + sixth * (k1.velocity + 2.0 * (k2.velocity + k3.velocity) + k4.velocity),
-            load_force + sixth * (k1.load_force + 2.0 * (k2.load_force + k3.load_force) + k4.load_force),
+            hydraulic_force
+            + sixth
+            * (k1.hydraulic_force + 2.0 * (k2.hydraulic_force + k3.hydraulic_force) + k4.hydraulic_force),
             sixth * (k1.travel + 2.0 * (k2.travel + k3.travel) + k4.travel),
         )
 
-    def rates(self, velocity: float, load_force: float, d1: float, drive: float) -> NominalMotion:
+    def rates(self, velocity: float, hydraulic_force: float, d1: float, drive: float) -> NominalMotion:
         """d/dt of both states, with d2 + g2 u given, and of the way."""
-        acceleration = self.f1(velocity) + self.g1() * load_force + d1
-        return NominalMotion(acceleration, self.f2(velocity, load_force) + drive, velocity)
+        acceleration = self.f1(velocity) + self.g1() * hydraulic_force + d1
+        return NominalMotion(acceleration, self.f2(velocity, hydraulic_force) + drive, velocity)
 
 
 class ThisMachine(NamedTuple):

@@ -13,7 +13,7 @@ class LoadPressureState(NamedTuple):
     """Velocity, load-pressure force and position."""
 
     velocity: Annotated[float, Field("m/s", "piston velocity x1")]
-    load_force: Annotated[float, Field("N", "load-pressure force x2 = A_p p_L")]
+    hydraulic_force: Annotated[float, Field("N", "load-pressure force x2 = A_p p_L")]
     position: Annotated[float, Field("m", "piston position from the lower end of the stroke")]
 
 
@@ -58,30 +58,30 @@ class LoadPressurePlant(NamedTuple):
 
     def deriv(self, s: LoadPressureState, flows: PortFlows, force: float) -> LoadPressureState:
         return LoadPressureState(
-            velocity=(s.load_force - self.damping * s.velocity - force) * (1.0 / self.mass),
-            load_force=self.free_force_rate(s.velocity, s.load_force) + self.flow_gain() * flows.a,
+            velocity=(s.hydraulic_force - self.damping * s.velocity - force) * (1.0 / self.mass),
+            hydraulic_force=self.free_force_rate(s.velocity, s.hydraulic_force) + self.flow_gain() * flows.a,
             position=s.velocity,
         )
 
-    def load_force(self, s: LoadPressureState) -> float:
+    def hydraulic_force(self, s: LoadPressureState) -> float:
         """x2 [N]; of a state's rate, its rate."""
-        return s.load_force
+        return s.hydraulic_force
 
     def outputs(self, s: LoadPressureState, line: Pressures, force: float) -> MachineOutputs:
         """What sensors can see; the chambers' pressures lie about the mean of the supply's and the tank's."""
         mean, half = 0.5 * (line.supply + line.tank), 0.5 * self.load_pressure(s)
-        return MachineOutputs(s.velocity, s.load_force, s.position, mean + half, mean - half, force)
+        return MachineOutputs(s.velocity, s.hydraulic_force, s.position, mean + half, mean - half, force)
 
     def load_pressure(self, s: LoadPressureState) -> float:
         """p_L [Pa]."""
-        return s.load_force * (1.0 / self.piston_area)
+        return s.hydraulic_force * (1.0 / self.piston_area)
 
-    def free_force_rate(self, velocity: float, load_force: float) -> float:
+    def free_force_rate(self, velocity: float, hydraulic_force: float) -> float:
         """dx2/dt with the valve closed [N/s]: f2 of eq. (7)."""
         stiffness = 4.0 * self.bulk_modulus / self.total_volume
         return (
             -stiffness * self.piston_area * self.piston_area * velocity
-            - stiffness * self.leakage * load_force
+            - stiffness * self.leakage * hydraulic_force
         )
 
     def flow_gain(self) -> float:

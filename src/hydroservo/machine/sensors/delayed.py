@@ -42,13 +42,15 @@ class DelayedSensors(NamedTuple):
         y = self.sensors.measure(sensors, machine, 0.0)
         passed = MachineOutputs(
             self.known(s.latest.velocity, y.velocity),
-            self.known(s.latest.load_force, y.load_force),
+            self.known(s.latest.hydraulic_force, y.hydraulic_force),
             self.known(s.latest.position, y.position),
             self.known(s.latest.pressure_a, y.pressure_a),
             self.known(s.latest.pressure_b, y.pressure_b),
             self.known(s.latest.force, y.force),
         )
-        latest = MachineOutputs(y.velocity, y.load_force, y.position, y.pressure_a, y.pressure_b, y.force)
+        latest = MachineOutputs(
+            y.velocity, y.hydraulic_force, y.position, y.pressure_a, y.pressure_b, y.force
+        )
         return DelayedSensorsState(sensors, latest, passed)
 
     def known(self, before: float, now: float) -> float:
@@ -57,7 +59,9 @@ class DelayedSensors(NamedTuple):
 
     def measure(self, s: DelayedSensorsState, machine: MachineOutputs, command: float) -> Measurement:
         y = s.passed
-        return Measurement(y.velocity, y.load_force, y.position, command, y.pressure_a, y.pressure_b, y.force)
+        return Measurement(
+            y.velocity, y.hydraulic_force, y.position, command, y.pressure_a, y.pressure_b, y.force
+        )
 
     def missing(self) -> tuple[str, ...]:
         """The fields of a measurement that the nested sensors do not measure."""

@@ -49,7 +49,7 @@ class Dropout(NamedTuple):
         y, last = self.sensors.measure(sensors, machine, 0.0), s.received
         received = MachineOutputs(
             self.kept(lost, last.velocity, y.velocity),
-            self.kept(lost, last.load_force, y.load_force),
+            self.kept(lost, last.hydraulic_force, y.hydraulic_force),
             self.kept(lost, last.position, y.position),
             self.kept(lost, last.pressure_a, y.pressure_a),
             self.kept(lost, last.pressure_b, y.pressure_b),
@@ -63,7 +63,9 @@ class Dropout(NamedTuple):
 
     def measure(self, s: DropoutState, machine: MachineOutputs, command: float) -> Measurement:
         y = s.received
-        return Measurement(y.velocity, y.load_force, y.position, command, y.pressure_a, y.pressure_b, y.force)
+        return Measurement(
+            y.velocity, y.hydraulic_force, y.position, command, y.pressure_a, y.pressure_b, y.force
+        )
 
     def missing(self) -> tuple[str, ...]:
         """The fields of a measurement that the nested sensors do not measure."""

@@ -29,7 +29,7 @@ class IdealSensors(NamedTuple):
     def measure(self, s: IdealSensorsState, machine: MachineOutputs, command: float) -> Measurement:
         return Measurement(
             machine.velocity,
-            machine.load_force,
+            machine.hydraulic_force,
             machine.position,
             command,
             machine.pressure_a,

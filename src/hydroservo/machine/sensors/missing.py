@@ -8,7 +8,7 @@ from hydroservo.core.field import declared_fields
 from hydroservo.core.roles import Sensors
 from hydroservo.core.signals import Draws, MachineOutputs, Measurement
 
-COMPUTED_FROM = {"load_force": ("pressure_a", "pressure_b"), "velocity": ("position",)}
+COMPUTED_FROM = {"hydraulic_force": ("pressure_a", "pressure_b"), "velocity": ("position",)}
 MEASURING = {  # types of sensors by the field of RigSensors that holds them
     "position": ("Encoder", "IdealPosition"),
     "pressure_a": ("PressureTransducer",),

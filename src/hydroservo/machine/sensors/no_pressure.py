@@ -19,7 +19,7 @@ class NoPressure(NamedTuple):
     """The chamber's pressure is not measured: its reading is nan, and a law that uses it is refused.
 
     Source: a definition.
-    Fails to leave the load force, which needs the pressures of both chambers.
+    Fails to leave the hydraulic force, which needs the pressures of both chambers.
     """
 
     def init(self) -> PressureReading:

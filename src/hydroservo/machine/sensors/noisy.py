@@ -12,7 +12,7 @@ class NoisySensorsState(NamedTuple):
     """What is measured at this sample."""
 
     velocity: Annotated[float, Field("m/s", "measured piston velocity")]
-    load_force: Annotated[float, Field("N", "measured load-pressure force")]
+    hydraulic_force: Annotated[float, Field("N", "measured load-pressure force")]
 
 
 @role(Sensors)
@@ -28,7 +28,7 @@ class NoisySensors(NamedTuple):
     """
 
     velocity_noise: Annotated[float, Field("m/s", "rms of the velocity's noise", at_least=0)]
-    load_force_noise: Annotated[float, Field("N", "rms of the load force's noise", at_least=0)]
+    hydraulic_force_noise: Annotated[float, Field("N", "rms of the hydraulic force's noise", at_least=0)]
 
     def init(self) -> NoisySensorsState:
         return NoisySensorsState(0.0, 0.0)
@@ -40,13 +40,13 @@ class NoisySensors(NamedTuple):
         second = ops.normal(draws.seed, draws.stream + 1.0, draws.sample)
         return NoisySensorsState(
             machine.velocity + self.velocity_noise * first,
-            machine.load_force + self.load_force_noise * second,
+            machine.hydraulic_force + self.hydraulic_force_noise * second,
         )
 
     def measure(self, s: NoisySensorsState, machine: MachineOutputs, command: float) -> Measurement:
         return Measurement(
             s.velocity,
-            s.load_force,
+            s.hydraulic_force,
             machine.position,
             command,
             machine.pressure_a,

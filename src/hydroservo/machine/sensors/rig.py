@@ -35,8 +35,8 @@ class RigSensorsState(NamedTuple):
 class RigSensors(NamedTuple):
     """A position sensor, a velocity from it or from a sensor of its own, pressure sensors and a load cell.
 
-    The load force is not measured: it is area_a p_a - area_b p_b, with the areas that the controller's side
-    knows; those of the plant ("auto") unless others are given. A sensor whose reading is nan measures
+    The hydraulic force is not measured: it is area_a p_a - area_b p_b, with the areas that the controller's
+    side knows; those of the plant ("auto") unless others are given. A sensor whose reading is nan measures
     nothing (NoPosition, NoPressure, NoForce), and what is computed from it is missing too.
 
     Source: a definition.
@@ -80,8 +80,8 @@ class RigSensors(NamedTuple):
 
     def measure(self, s: RigSensorsState, machine: MachineOutputs, command: float) -> Measurement:
         a, b = s.pressure_a.value, s.pressure_b.value
-        load_force = self.area_a * a - self.area_b * b
-        return Measurement(s.velocity.value, load_force, s.position.value, command, a, b, s.force.value)
+        hydraulic_force = self.area_a * a - self.area_b * b
+        return Measurement(s.velocity.value, hydraulic_force, s.position.value, command, a, b, s.force.value)
 
     def missing(self) -> tuple[str, ...]:
         """The fields of a measurement that are not measured: those that are nan when the machine rests."""

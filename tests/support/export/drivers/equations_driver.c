@@ -51,7 +51,7 @@ static belief now, kept;
 static saved_state saved;
 static int jumps, steps;
 static uint64_t drawn = 1;
-static double load_time, load_force[2], first[MODEL_STATES];
+static double load_time, hydraulic_force[2], first[MODEL_STATES];
 
 static const double starts[] = {0.0, 2.0, 0.1, -3.0, 1e6};
 static const double values[] = {0.0, -0.1, 0.2, 0.3, 2.0, 1e308, -1e308, 5e-324, INFINITY, NAN};
@@ -353,7 +353,7 @@ static void look(void) {
          "the states");
     must(get(0, &time) == OK && same(&time, &now.time, 1), "the time");
     must(get(reference("load.force"), &force) == OK, "get the load");
-    must(force == load_force[jumped()], "the load is that of the last event");
+    must(force == hydraulic_force[jumped()], "the load is that of the last event");
     must((int)FMI(GetNominalsOfContinuousStates)(c, sizes, MODEL_STATES) == OK && sizes[0] > 0.0, "nominals");
     if (rates_of(rates)) {
         must(rates_of(again) && same(rates, again, MODEL_STATES), "rates are the same if asked for again");
@@ -431,8 +431,9 @@ int main(void) {
     c = instance();
     must(c != NULL, "instantiate");
     must(get(reference("load.time"), &load_time) == OK &&
-             get(reference("load.initial"), &load_force[0]) == OK &&
-             get(reference("load.final"), &load_force[1]) == OK && load_force[0] != load_force[1],
+             get(reference("load.initial"), &hydraulic_force[0]) == OK &&
+             get(reference("load.final"), &hydraulic_force[1]) == OK &&
+             hydraulic_force[0] != hydraulic_force[1],
          "the load");
     must((int)FMI(GetContinuousStates)(c, first, MODEL_STATES) == OK, "the states at the start");
     start_again();

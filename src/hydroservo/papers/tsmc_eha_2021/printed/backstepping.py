@@ -51,7 +51,7 @@ class PrintedBackstepping(NamedTuple):
         self, s: PrintedBacksteppingState, y: Measurement, r: Demand, dt: float
     ) -> PrintedBacksteppingState:
         m = self.model
-        x1, x2 = y.velocity, y.load_force
+        x1, x2 = y.velocity, y.hydraulic_force
         f1, f1_slope, g1 = -m.f1(x1), -m.f1_slope(), m.g1()
         z1 = x1 - s.demand_position
         zeta1 = (-self.velocity_gain * z1 - f1 + r.rate) * (1.0 / g1)

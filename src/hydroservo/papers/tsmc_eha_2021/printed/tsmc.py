@@ -60,7 +60,7 @@ class PrintedTSMC(NamedTuple):
     def step(self, s: TSMCState, y: Measurement, r: Demand, dt: float) -> TSMCState:
         m = self.model
         o = self.observer.step(s.observer, m, y, dt)
-        x1, x2 = o.velocity, o.load_force
+        x1, x2 = o.velocity, o.hydraulic_force
         g1, f1_slope = m.g1(), m.f1_slope()
         xi1 = x1 - r.value + o.s1
         acceleration = m.f1(x1) + g1 * x2 + o.d1

@@ -9,7 +9,7 @@ from hydroservo.core.signals import Pressures, Seen
 
 
 @role(ControlledSignal)
-class LoadForce(NamedTuple):
+class HydraulicForce(NamedTuple):
     """y = x2, the force of both chambers on the piston: A_A p_A - A_B p_B, or A_p p_L.
 
     Source: a definition; state x2 of doi:10.1007/s42401-021-00087-w.
@@ -18,10 +18,10 @@ class LoadForce(NamedTuple):
 
     def declared(self) -> Field:
         """Its unit and its name."""
-        return Field("N", "load force")
+        return Field("N", "hydraulic force")
 
     def of(self, seen: Seen, command: float) -> float:
-        return seen.load_force
+        return seen.hydraulic_force
 
     def reach(self, plant: Block, line: Pressures) -> tuple[float, float]:
         """What the supply's pressure in one chamber against the return line's in the other makes [N]."""
