@@ -50,11 +50,11 @@ HIGH_GAIN = {
 }
 
 
-def inverting(observer: Mapping[str, Any], pull: str, **numbers: Any) -> dict[str, Any]:
-    """A law of a pull and an observer."""
-    inner = {f"pull.{name.replace('__', '.')}": value for name, value in numbers.items()}
+def inverting(observer: Mapping[str, Any], error_dynamics: str, **numbers: Any) -> dict[str, Any]:
+    """A law of error dynamics and an observer."""
+    inner = {f"error_dynamics.{name.replace('__', '.')}": value for name, value in numbers.items()}
     derivative = {"derivative.type": "FilteredDerivative", "derivative.time_constant": 0.02}
-    return {"type": "Inverting", "pull.type": pull, **inner, **observer, **derivative}
+    return {"type": "Inverting", "error_dynamics.type": error_dynamics, **inner, **observer, **derivative}
 
 
 LAWS: dict[str, dict[str, Any]] = {
@@ -81,7 +81,7 @@ LAWS: dict[str, dict[str, Any]] = {
     "TSMC, explicit, Kalman": {**TSMC, **KALMAN, "reaching.type": "ExplicitReaching"},
     "terminal": inverting(
         KALMAN,
-        "TerminalPull",
+        "TerminalErrorDynamics",
         linear_gain_1=200.0,
         linear_gain_2=400.0,
         power_gain_1=50.0,
@@ -94,11 +94,11 @@ LAWS: dict[str, dict[str, Any]] = {
         HIGH_GAIN, "NaiveSuperTwisting", surface_gain=400.0, disturbance_rate=1e6
     ),
     "homogeneous, implicit": inverting(
-        KALMAN, "HomogeneousPull", error_gain=3e4, rate_gain=200.0, exponent=0.8
+        KALMAN, "HomogeneousErrorDynamics", error_gain=3e4, rate_gain=200.0, exponent=0.8
     ),
     "homogeneous, explicit": inverting(
         KALMAN,
-        "HomogeneousPull",
+        "HomogeneousErrorDynamics",
         error_gain=3e4,
         rate_gain=200.0,
         exponent=0.8,
@@ -106,7 +106,7 @@ LAWS: dict[str, dict[str, Any]] = {
     ),
     "nonsingular, implicit": inverting(
         KALMAN,
-        "NonsingularTerminalPull",
+        "NonsingularTerminalErrorDynamics",
         surface_gain=2e4,
         linear_gain=200.0,
         power_gain=10.0,
@@ -115,7 +115,7 @@ LAWS: dict[str, dict[str, Any]] = {
     ),
     "nonsingular, explicit": inverting(
         KALMAN,
-        "NonsingularTerminalPull",
+        "NonsingularTerminalErrorDynamics",
         surface_gain=2e4,
         linear_gain=200.0,
         power_gain=10.0,
@@ -124,9 +124,14 @@ LAWS: dict[str, dict[str, Any]] = {
         reaching__type="ExplicitReaching",
     ),
     "RISE": inverting(
-        KALMAN, "RISEPull", surface_gain=400.0, feedback_gain=400.0, integral_rate=10.0, sign_gain=3e4
+        KALMAN,
+        "RISEErrorDynamics",
+        surface_gain=400.0,
+        feedback_gain=400.0,
+        integral_rate=10.0,
+        sign_gain=3e4,
     ),
-    "linear": inverting(KALMAN, "LinearPull", first_pole=300.0, second_pole=600.0),
+    "linear": inverting(KALMAN, "LinearErrorDynamics", first_pole=300.0, second_pole=600.0),
     "PI": {"type": "PI", "proportional_gain": 3.2, "integral_gain": 600.0},
 }
 GAINS = (
@@ -190,7 +195,7 @@ def loop_of(case: Case) -> Loop:
     inner = {}
     for path, value in LAWS[case.law].items():
         name = path.rpartition(".")[2]
-        own = path in GAINS or path.startswith("pull.")
+        own = path in GAINS or path.startswith("error_dynamics.")
         scaled = own and name in GAINS
         factor = case.factor if scaled else case.switching if name.startswith("switching_gain") else 1.0
         inner[path] = value * factor if isinstance(value, float) else value

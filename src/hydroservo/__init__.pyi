@@ -5,10 +5,10 @@ from hydroservo._version import __version__ as __version__
 from hydroservo.audits.audited import audit as audit
 from hydroservo.control import controlled as controlled
 from hydroservo.control import controllers as controllers
+from hydroservo.control import error_dynamics as error_dynamics
 from hydroservo.control import holds as holds
 from hydroservo.control import monitors as monitors
 from hydroservo.control import observers as observers
-from hydroservo.control import pulls as pulls
 from hydroservo.control import references as references
 from hydroservo.control.loop import AUTO as AUTO
 from hydroservo.control.loop import Loop as Loop

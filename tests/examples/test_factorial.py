@@ -41,10 +41,10 @@ def test_a_rate_is_searched_as_far_as_the_samples_go(factorial: Mapping[str, Any
     cell = factorial["Cell"]("linear", "HighGainObserver", "", (), 64)
     slow, fast = (factorial["task"](cell, loop)[1] for loop in ("noisy-1khz", "noisy-10khz"))
     further = {path for path in slow if fast[path] != slow[path]}
-    pull, observer = "controller.controller.pull.", "controller.controller.observer."
+    dynamics, observer = "controller.controller.error_dynamics.", "controller.controller.observer."
     assert further == {
-        f"{pull}first_pole",
-        f"{pull}second_pole",
+        f"{dynamics}first_pole",
+        f"{dynamics}second_pole",
         f"{observer}velocity_rate",
         f"{observer}hydraulic_force_rate",
     }
@@ -69,8 +69,8 @@ def test_a_part_is_left_out_and_what_is_left_is_searched(
 def test_a_law_without_terminal_powers_is_one_with_two_poles(factorial: Mapping[str, Any]) -> None:
     cell = factorial["Cell"]("fast-terminal", "KalmanObserver", "terminal powers", (), 64)
     changes, ranges = factorial["task"](cell, "noisy-1khz")
-    pull = hs.load_scenario("laws/fast-terminal-sine", changes).controller.controller.pull
-    assert (pull.power_gain_1, pull.power_gain_2) == (0.0, 0.0)
+    dynamics = hs.load_scenario("laws/fast-terminal-sine", changes).controller.controller.error_dynamics
+    assert (dynamics.power_gain_1, dynamics.power_gain_2) == (0.0, 0.0)
     assert [path for path in ranges if "power" in path] == []
 
 

@@ -1,7 +1,7 @@
 """A study's manifest and table, made up: no loop is simulated.
 
-Six pulls with three observers each, and three laws without a part, in twelve cells; one of the cells is
-so hard that no law stays stable in it. Each law has a front of five points in each cell.
+Six error dynamics with three observers each, and three laws without a part, in twelve cells; one of the cells
+is so hard that no law stays stable in it. Each law has a front of five points in each cell.
 """
 
 import json

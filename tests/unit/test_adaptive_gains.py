@@ -8,8 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 from hydroservo import replace, simulate
+from hydroservo.control.error_dynamics import AdaptiveSuperTwisting, SuperTwisting
 from hydroservo.control.observers import AdaptiveTSMObserver, BoundaryLayer, Explicit, Implicit, TSMObserver
-from hydroservo.control.pulls import AdaptiveSuperTwisting, SuperTwisting
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.roles import Realisation
 from hydroservo.core.signals import Measurement, VelocityError
@@ -118,11 +118,13 @@ def test_in_the_paper_s_loop_it_does_what_the_printed_gain_is_too_small_for() ->
 # Super-twisting
 
 
-def twisted(pull: AdaptiveSuperTwisting | SuperTwisting, rate: Callable[[int], float]) -> NDArray[np.float64]:
+def twisted(
+    dynamics: AdaptiveSuperTwisting | SuperTwisting, rate: Callable[[int], float]
+) -> NDArray[np.float64]:
     """The surface, and L where it adapts, of dsigma/dt = -q + d with dd/dt given."""
-    s, sigma, d, rows = pull.init(), 0.0, 0.0, []
+    s, sigma, d, rows = dynamics.init(), 0.0, 0.0, []
     for i in range(SAMPLES):
-        s = pull.step(s, VelocityError(0.0, sigma, 0.0, 0.0), H)
+        s = dynamics.step(s, VelocityError(0.0, sigma, 0.0, 0.0), H)
         rows.append((sigma, getattr(s, "disturbance_rate", NAN)))
         ahead = d + H * rate(i)
         sigma += H * (0.5 * (d + ahead) - s.damping - s.restoring)

@@ -9,8 +9,8 @@ from hydroservo import Field, Loop, ParameterError, ScenarioError, Simulation, r
 from hydroservo.control.controlled import Force, Position, Velocity
 from hydroservo.control.controlled.this_signal import ThisSignal
 from hydroservo.control.controllers import DAC, PI, PID, TSMC, AntiWindup, Cascade, Inverting, Saturation
+from hydroservo.control.error_dynamics import TerminalErrorDynamics
 from hydroservo.control.outline import outline
-from hydroservo.control.pulls import TerminalPull
 from hydroservo.control.wiring import wired
 from hydroservo.core.block import Block, field_at, value_at
 from hydroservo.core.group import nested
@@ -126,7 +126,7 @@ def test_any_law_of_the_velocity_serves_a_position(name: str) -> None:
         loop = replace(loop, {"controller.controller.threshold": 0.71235})
         found = {"disturbance_1": 0.058702, "disturbance_2": 3280.1, "hydraulic_force_noise": 552.5}
         observer = replace(value_at(loop, f"{path}.observer"), found)
-        law = Inverting(TerminalPull(400.0, 400.0, 0.01, 0.1, 5 / 7, 5 / 9), observer)
+        law = Inverting(TerminalErrorDynamics(400.0, 400.0, 0.01, 0.1, 5 / 7, 5 / 9), observer)
         loop = replace(loop, {path: law, "controller.controller.controller.proportional_gain": 80.0})
     run = simulate(loop)
     assert not run.diverged

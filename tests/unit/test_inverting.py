@@ -1,4 +1,4 @@
-"""The frame of pull and observer: what it is the same as, and where it is unstable."""
+"""The frame of error dynamics and observer: what it is the same as, and where it is unstable."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from hydroservo import replace, simulate
 from hydroservo.control.controllers import Backstepping, Inverting
+from hydroservo.control.error_dynamics import LinearErrorDynamics, SuperTwisting
 from hydroservo.control.observers import (
     ExtendedStateObserver,
     HighGainObserver,
@@ -14,7 +15,6 @@ from hydroservo.control.observers import (
     ModelDerivative,
     NoObserver,
 )
-from hydroservo.control.pulls import LinearPull, SuperTwisting
 from hydroservo.core.block import Block
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.machine.plants import DesignModel
@@ -43,7 +43,7 @@ def test_backstepping_is_feedback_linearisation_but_for_its_cross_term(
 ) -> None:
     k1, k2 = 300.0, 700.0
     r = Demand(value, rate, second)
-    frame = Inverting(LinearPull(k1, k2), NoObserver(), MODEL, ModelDerivative())
+    frame = Inverting(LinearErrorDynamics(k1, k2), NoObserver(), MODEL, ModelDerivative())
     stepping = Backstepping(k1, k2, MODEL)
     cross = -MODEL.g1() * (velocity - value) / MODEL.g2(hydraulic_force, 0.0)
     expected = command(frame, velocity, hydraulic_force, r) + cross
@@ -74,11 +74,11 @@ def poles(law: Block, scale: float) -> np.ndarray:
 
 
 def linearising(k: float) -> Inverting:
-    return Inverting(LinearPull(k, k), NoObserver(), MODEL, ModelDerivative())
+    return Inverting(LinearErrorDynamics(k, k), NoObserver(), MODEL, ModelDerivative())
 
 
 def test_on_the_nominal_machine_the_poles_are_those_asked_for() -> None:
-    law = Inverting(LinearPull(200.0, 500.0), NoObserver(), MODEL, ModelDerivative())
+    law = Inverting(LinearErrorDynamics(200.0, 500.0), NoObserver(), MODEL, ModelDerivative())
     assert sorted(poles(law, 0.0).real) == pytest.approx([-500.0, -200.0], rel=1e-5)
 
 
@@ -127,9 +127,11 @@ def test_the_gains_of_the_extended_state_observer_are_the_published_ones() -> No
 
 
 LAWS = {
-    "linear, high gain": Inverting(LinearPull(250.0, 250.0), HighGainObserver(300.0, 60.0)),
-    "linear, extended state": Inverting(LinearPull(250.0, 250.0), ExtendedStateObserver(400.0, 200.0)),
-    "linear, Kalman": Inverting(LinearPull(250.0, 250.0), KALMAN),
+    "linear, high gain": Inverting(LinearErrorDynamics(250.0, 250.0), HighGainObserver(300.0, 60.0)),
+    "linear, extended state": Inverting(
+        LinearErrorDynamics(250.0, 250.0), ExtendedStateObserver(400.0, 200.0)
+    ),
+    "linear, Kalman": Inverting(LinearErrorDynamics(250.0, 250.0), KALMAN),
     "super-twisting, Kalman": Inverting(SuperTwisting(200.0, 1e4), KALMAN),
 }
 

@@ -1,10 +1,10 @@
-"""How a law's pull on its surfaces is realised in discrete time."""
+"""How a reaching law is realised in discrete time."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.control.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
+from hydroservo.control.error_dynamics import ExplicitReaching, ImplicitReaching, SmoothReaching
 
 K, EPS, A = 300.0, 5.0, 5 / 7
 surfaces = st.floats(1e-6, 1.0).flatmap(lambda size: st.sampled_from([size, -size]))
@@ -13,7 +13,7 @@ Any_ = ExplicitReaching | SmoothReaching | ImplicitReaching
 
 
 @given(s=surfaces, dt=st.floats(1e-6, 0.1), k=st.floats(0.0, 1e4), eps=st.floats(0.0, 1e3))
-def test_the_implicit_pull_is_that_of_the_surface_it_leads_to(
+def test_the_implicit_rate_is_that_of_the_surface_it_leads_to(
     s: float, dt: float, k: float, eps: float
 ) -> None:
     ahead = s - dt * ImplicitReaching().first(s, k, eps, A, dt).rate
@@ -24,8 +24,8 @@ def test_the_implicit_pull_is_that_of_the_surface_it_leads_to(
 
 @given(s=surfaces, dt=st.floats(1e-6, 0.1))
 def test_the_implicit_slope_never_passes_one_over_the_period(s: float, dt: float) -> None:
-    pull = ImplicitReaching().first(s, K, EPS, A, dt)
-    assert 0.0 < pull.slope <= 1.0 / dt * (1.0 + 1e-12)
+    rate = ImplicitReaching().first(s, K, EPS, A, dt)
+    assert 0.0 < rate.slope <= 1.0 / dt * (1.0 + 1e-12)
     assert ImplicitReaching().first(0.0, K, EPS, A, dt).slope == pytest.approx(1.0 / dt, rel=1e-9)
 
 
@@ -41,7 +41,7 @@ def test_the_slope_is_the_derivative_of_the_rate(reaching: Any_, s: float) -> No
 
 @pytest.mark.parametrize("reaching", REACHINGS, ids=lambda one: type(one).__name__)
 @pytest.mark.parametrize("s", [-0.3, 0.02, 1.5])
-def test_every_form_tends_to_the_continuous_pull(reaching: Any_, s: float) -> None:
+def test_every_form_tends_to_the_continuous_rate(reaching: Any_, s: float) -> None:
     if isinstance(reaching, SmoothReaching):
         reaching = SmoothReaching(1e-9, 1e-9)
     exact = (K * abs(s) + EPS * abs(s) ** A) * (1.0 if s > 0.0 else -1.0)
@@ -50,7 +50,7 @@ def test_every_form_tends_to_the_continuous_pull(reaching: Any_, s: float) -> No
 
 
 @pytest.mark.parametrize("reaching", REACHINGS, ids=lambda one: type(one).__name__)
-def test_there_is_no_pull_on_the_surface(reaching: Any_) -> None:
+def test_the_rate_is_0_on_the_surface(reaching: Any_) -> None:
     assert reaching.first(0.0, K, EPS, A, 1e-3).rate == 0.0
     assert reaching.second(0.0, K, EPS, A, 1e-3) == 0.0
 

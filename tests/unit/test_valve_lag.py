@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 
 from hydroservo import replace, simulate
 from hydroservo.control.controllers import Backstepping, Inverting
+from hydroservo.control.error_dynamics import LinearErrorDynamics
 from hydroservo.control.observers import Estimates, KalmanObserver, ValveLag
-from hydroservo.control.pulls import LinearPull
 from hydroservo.control.wiring import believed
 from hydroservo.core.block import Block
 from hydroservo.core.hooks import designed
@@ -63,7 +63,7 @@ def test_the_nested_observer_is_designed() -> None:
 def miss_of_the_oil(observer: Block, law: type) -> float:
     """The rms of what d2 is off the rate that the oil has besides the model under the true opening [N/s]."""
     loop = load_scenario("rig/1khz-pi-sine")
-    gains = (100.0, 100.0) if law is Backstepping else (LinearPull(100.0, 100.0),)
+    gains = (100.0, 100.0) if law is Backstepping else (LinearErrorDynamics(100.0, 100.0),)
     loop = replace(loop, {"controller": law(*gains, observer=observer)})
     paths = (
         "controller.observer.d2",
@@ -91,6 +91,6 @@ def test_d2_is_then_that_of_the_oil_alone(law: type) -> None:
 def test_the_lag_is_then_an_error_of_a_law_for_a_static_valve() -> None:
     """It is no disturbance any more, and nobody makes up for it."""
     loop = load_scenario("rig/1khz-pi-sine")
-    laws = (Inverting(LinearPull(100.0, 100.0), one) for one in (KALMAN, ValveLag(KALMAN, TAU)))
+    laws = (Inverting(LinearErrorDynamics(100.0, 100.0), one) for one in (KALMAN, ValveLag(KALMAN, TAU)))
     plain, lagging = (float(simulate(replace(loop, {"controller": law})).rms_error) for law in laws)
     assert lagging > 2.0 * plain

@@ -23,6 +23,7 @@ from hydroservo.control.controllers import (
     ValveInversion,
     VelocityCompensation,
 )
+from hydroservo.control.error_dynamics import ExplicitReaching, ImplicitReaching, SmoothReaching
 from hydroservo.control.observers import (
     BoundaryLayer,
     Explicit,
@@ -33,9 +34,16 @@ from hydroservo.control.observers import (
     PositionKalmanObserver,
     TSMObserver,
 )
-from hydroservo.control.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
 from hydroservo.core.block import Block, is_block
-from hydroservo.core.roles import Basis, Controller, Differentiator, Observer, Pull, Reaching, Realisation
+from hydroservo.core.roles import (
+    Basis,
+    Controller,
+    Differentiator,
+    ErrorDynamics,
+    Observer,
+    Reaching,
+    Realisation,
+)
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
 from hydroservo.scenario.fits import said_roles
 from hydroservo.scenario.registry import shipped_classes
@@ -47,7 +55,7 @@ PARTS = (
     Observer,
     Realisation,
     Reaching,
-    Pull,
+    ErrorDynamics,
     Differentiator,
     Basis,
 )  # roles on the target

@@ -8,11 +8,11 @@ from typing import Annotated, Any, NamedTuple
 
 from hydroservo.audits.tone import swing
 from hydroservo.control.controlled import Command
+from hydroservo.control.error_dynamics import ExplicitReaching, ImplicitReaching, SmoothReaching
 from hydroservo.control.loop import AUTO, Loop
 from hydroservo.control.monitors import Oscillation
 from hydroservo.control.monitors.oscillation import END
 from hydroservo.control.observers import BoundaryLayer, Explicit, Implicit
-from hydroservo.control.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
 from hydroservo.control.wiring import wired
 from hydroservo.core.block import Block, Field, is_block, leaves, replace
 from hydroservo.core.errors import HydroservoError

@@ -159,6 +159,19 @@ def robust(facts: Facts) -> Assumption:
     return above("small motions", meaning, facts.disk_margin, 0.2)
 
 
+def noise_within_limit(jerk: float, facts: Facts) -> Assumption:
+    """That the jerk [m/s^3] that a law makes of noise asks for less than the largest command."""
+    meaning = "the command that the noise of the rate makes is below its limit"
+    return below("noise", meaning, jerk / (facts.model.g1() * facts.model.g2(0.0, 0.0)), facts.limit, "V")
+
+
+def disturbance_slower(name: str, bound: float, facts: Facts) -> Assumption:
+    """That a bound [m/s^4] is above the rate of the hydraulic force's disturbance."""
+    meaning = f"{name} is above the rate of g1 d_L2, as it is before an observer takes its part"
+    fastest = Peak(facts.model.g1() * facts.disturbance_rates[1].value, facts.disturbance_rates[1].time)
+    return above("disturbance's rate", meaning, bound, fastest, "m/s^4", measured=True)
+
+
 def within_limit(facts: Facts) -> Assumption:
     """That the command never comes to its limit."""
     return below(

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
-from hydroservo.control import controlled, controllers, holds, monitors, observers, pulls, references
+from hydroservo.control import controlled, controllers, error_dynamics, holds, monitors, observers, references
 from hydroservo.core.nearest import nearest, one_of
 from hydroservo.machine import (
     drives,
@@ -30,6 +30,7 @@ PACKAGES = (
     controlled,
     controllers,
     drives,
+    error_dynamics,
     holds,
     integrators,
     loads,
@@ -38,7 +39,6 @@ PACKAGES = (
     observers,
     oils,
     plants,
-    pulls,
     references,
     sensors,
     starts,

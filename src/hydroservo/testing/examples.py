@@ -35,6 +35,16 @@ from hydroservo.control.controllers import (
     ValveInversion,
     VelocityCompensation,
 )
+from hydroservo.control.error_dynamics import (
+    AdaptiveSuperTwisting,
+    HomogeneousErrorDynamics,
+    LinearErrorDynamics,
+    NaiveSuperTwisting,
+    NonsingularTerminalErrorDynamics,
+    RISEErrorDynamics,
+    SuperTwisting,
+    TerminalErrorDynamics,
+)
 from hydroservo.control.holds import DelayedHold
 from hydroservo.control.loop import Loop, Simulation
 from hydroservo.control.observers import (
@@ -46,16 +56,6 @@ from hydroservo.control.observers import (
     KalmanObserver,
     PositionKalmanObserver,
     ValveLag,
-)
-from hydroservo.control.pulls import (
-    AdaptiveSuperTwisting,
-    HomogeneousPull,
-    LinearPull,
-    NaiveSuperTwisting,
-    NonsingularTerminalPull,
-    RISEPull,
-    SuperTwisting,
-    TerminalPull,
 )
 from hydroservo.control.references import Chirp, Multisine, PointToPoint, Ramp, Step
 from hydroservo.core.block import Block
@@ -237,16 +237,16 @@ BLOCKS: tuple[Block, ...] = (
     ExtendedStateObserver(300.0, 600.0),
     HighGainObserver(200.0, 100.0),
     HInfinityLoopShaping(3.0, 600.0, machine.VALVE_LAG),
-    HomogeneousPull(3e3, 200.0, exponent=0.8),
+    HomogeneousErrorDynamics(3e3, 200.0, exponent=0.8),
     InternalModel(1e-3, 0.25, 30.0, resonant_rate=30.0, time_constant=machine.VALVE_LAG, anti_windup=0.2),
-    Inverting(LinearPull(300.0, 300.0), KALMAN),
+    Inverting(LinearErrorDynamics(300.0, 300.0), KALMAN),
     LQI(1e-3, 30.0, machine.VALVE_LAG, anti_windup=0.2),
-    LinearPull(300.0, 300.0),
+    LinearErrorDynamics(300.0, 300.0),
     NaiveSuperTwisting(surface_gain=200.0, disturbance_rate=1e4),
-    NonsingularTerminalPull(2e3, 200.0, 100.0, surface_exponent=9 / 7, exponent=5 / 9),
-    RISEPull(200.0, feedback_gain=200.0, integral_rate=50.0, sign_gain=1e3),
+    NonsingularTerminalErrorDynamics(2e3, 200.0, 100.0, surface_exponent=9 / 7, exponent=5 / 9),
+    RISEErrorDynamics(200.0, feedback_gain=200.0, integral_rate=50.0, sign_gain=1e3),
     SuperTwisting(surface_gain=200.0, disturbance_rate=1e4),
-    TerminalPull(*machine.TERMINAL[:6]),
+    TerminalErrorDynamics(*machine.TERMINAL[:6]),
     KALMAN,
     NoisySensors(5e-4, 5.0),
     PID(3.0, 100.0, 1e-3, 0.9, 1e-3, 1e-6),

@@ -42,9 +42,9 @@ def test_what_everybody_knows_follows_the_cell() -> None:
 
 def test_a_part_that_is_out_is_not_searched() -> None:
     whole, less = of("fast-terminal-kalman"), of("fast-terminal-no-powers")
-    gone = {f"controller.controller.pull.power_gain_{i}" for i in (1, 2)}
+    gone = {f"controller.controller.error_dynamics.power_gain_{i}" for i in (1, 2)}
     assert set(whole.ranges) - set(less.ranges) == gone
-    assert less.assemblies["sine"].loop.controller.controller.pull.power_gain_1 == 0.0
+    assert less.assemblies["sine"].loop.controller.controller.error_dynamics.power_gain_1 == 0.0
 
 
 def test_a_wrapper_can_be_left_out() -> None:

@@ -99,7 +99,7 @@ def test_a_search_ends_when_its_front_is_still(task: Task, monkeypatch: pytest.M
 
 def test_a_range_stays_where_its_number_may_be(task: Task) -> None:
     """An exponent may be from 0.1 to below 1."""
-    path = "controller.controller.pull.exponent_1"
+    path = "controller.controller.error_dynamics.exponent_1"
     groups = [one._replace(loop=load_scenario("laws/fast-terminal-sine")) for one in task.groups]
     terminal, space = task._replace(groups=groups), Space({path: (0.2, 0.9)})
     assert widen_ranges(terminal, space, np.array([[0.2], [0.9]])).ranges == space.ranges

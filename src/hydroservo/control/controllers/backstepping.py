@@ -37,7 +37,7 @@ class Backstepping(NamedTuple):
     dzeta1/dt comes from the nested block: analytic on the nominal model with d1 constant, or a filtered
     difference. x1, x2, d1 and d2 are as the nested ``observer`` hands them on; without one the disturbances
     are 0. With the analytic derivative it is :class:`Inverting` with a
-    :class:`~hydroservo.control.pulls.LinearPull`, but for the term g1 z1.
+    :class:`~hydroservo.control.error_dynamics.LinearErrorDynamics`, but for the term g1 z1.
 
     Source: eq. (26) of doi:10.1007/s42401-021-00087-w, with the sign of its f1 and its z1 mended; with an
     observer: Won, Kim, Shin, Chung, IEEE Trans. Control Systems Technology 23(2), 2015 (unverified).

@@ -1,25 +1,25 @@
-"""The frame of most laws of relative degree two: a pull, an observer, and the model inverted."""
+"""The frame of most laws of relative degree two: error dynamics, an observer, and the model inverted."""
 
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo.control.controlled.velocity import Velocity
 from hydroservo.control.controllers.saturation import Saturation
+from hydroservo.control.error_dynamics.linear import LinearErrorDynamics
 from hydroservo.control.observers.filtered_derivative import FilteredDerivative
 from hydroservo.control.observers.no_observer import NoObserver
-from hydroservo.control.pulls.linear import LinearPull
 from hydroservo.core.assumptions import Assumption, Facts, above
 from hydroservo.core.block import Block, Field
-from hydroservo.core.roles import Controller, Differentiator, Observer, Pull, controlling, role
+from hydroservo.core.roles import Controller, Differentiator, ErrorDynamics, Observer, controlling, role
 from hydroservo.core.signals import Demand, Measurement, VelocityError
 from hydroservo.machine.plants.design_model import THIS_MACHINE, DesignModel
 
 
 class InvertingState(NamedTuple):
-    """The last command, and the states of pull, observer and derivative."""
+    """The last command, and the states of error dynamics, observer and derivative."""
 
     u: Annotated[float, Field("V", "command")]
-    pull: Block
+    error_dynamics: Block
     observer: Block
     derivative: Block
 
@@ -27,7 +27,7 @@ class InvertingState(NamedTuple):
 @role(Controller)
 @controlling(Velocity)
 class Inverting(NamedTuple):
-    """The design model inverted, so that the velocity's error follows the nested ``pull``.
+    """The design model inverted, so that the velocity's error follows the nested ``error_dynamics``.
 
     With x1, x2, d1 and d2 as the nested ``observer`` hands them on, e = x1 - r + s1::
 
@@ -35,38 +35,36 @@ class Inverting(NamedTuple):
         u = sat( (r'' - q(e, de/dt) - f1' a - g1 (f2 + d2) - dd1/dt) / (g1 g2) )
 
     so that e'' = -q but for what the estimates miss. dd1/dt is the nested ``derivative`` of the estimate; s1
-    and s2 are the observer's surfaces, 0 of most, which shift the pull's surface by s' = g1 s2 + f1' s1.
-    What differs between feedback linearisation, backstepping and the sliding mode laws is the pull and the
-    observer.
+    and s2 are the observer's surfaces, 0 for most, which shift that of the error dynamics by
+    s' = g1 s2 + f1' s1. Feedback linearisation, backstepping and the sliding mode laws differ in their error
+    dynamics and their observer.
 
     Source: Isidori, Nonlinear Control Systems, 1995, ch. 4 (inversion); with a disturbance observer: Chen,
     Ballance, Gawthrop, O'Reilly, IEEE Trans. Industrial Electronics 47(4), 2000 (unverified).
-    Fails where the valve lags by more than the pull's own times (ValveInversion helps), and where the model's
-    oil is softer than the machine's and no observer makes up for it: its stiffness is cancelled by positive
+    Fails where the valve is slower than the error dynamics (ValveInversion helps), and where the model's oil
+    is softer than the machine's and no observer makes up for it: its stiffness is cancelled by positive
     feedback.
     """
 
-    pull: Pull
+    error_dynamics: ErrorDynamics
     observer: Observer
     model: DesignModel = THIS_MACHINE
     derivative: Differentiator = FilteredDerivative()
     saturation: Saturation = Saturation()
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        found: list[Assumption] = []
-        if not isinstance(self.pull, LinearPull):
-            return found
-        k, truth, model = self.pull.first_pole * self.pull.second_pole, facts.truth, facts.model
-        if truth is None or not isinstance(self.observer, NoObserver):
-            return found
+        error, truth, model = self.error_dynamics, facts.truth, facts.model
+        observed = not isinstance(self.observer, NoObserver)
+        if truth is None or observed or not isinstance(error, LinearErrorDynamics):
+            return []
         gamma = truth.g1() * truth.g2(0.0, 0.0) / (model.g1() * model.g2(0.0, 0.0))
         beta = truth.g1() * truth.f2(1.0, 0.0) / (model.g1() * model.f2(1.0, 0.0))
         softer = -model.g1() * model.f2(1.0, 0.0) * max(gamma - beta, 0.0) / gamma
         meaning = "k1 k2 is above omega_h^2 (gamma - beta)/gamma, which the cancelled stiffness drives"
-        return [*found, above("stiffness cancelled", meaning, k, softer, "1/s^2")]
+        return [above("stiffness cancelled", meaning, error.first_pole * error.second_pole, softer, "1/s^2")]
 
     def init(self) -> InvertingState:
-        return InvertingState(0.0, self.pull.init(), self.observer.init(), self.derivative.init())
+        return InvertingState(0.0, self.error_dynamics.init(), self.observer.init(), self.derivative.init())
 
     def step(self, s: InvertingState, y: Measurement, r: Demand, dt: float) -> InvertingState:
         m = self.model
@@ -75,15 +73,15 @@ class Inverting(NamedTuple):
         g1, f1_slope = m.g1(), m.f1_slope()
         acceleration = m.f1(x1) + g1 * x2 + o.d1
         error = VelocityError(x1 - r.value + o.s1, acceleration - r.rate, g1 * o.s2, f1_slope * o.s1)
-        pull = self.pull.step(s.pull, error, dt)
+        jerk = self.error_dynamics.step(s.error_dynamics, error, dt)
         derivative = self.derivative.step(s.derivative, o.d1, 0.0, dt)
         drift = (
             f1_slope * acceleration
             + g1 * (m.f2(x1, x2) + o.d2)
             + derivative.rate
             - r.second_rate
-            + pull.damping
-            + pull.restoring
+            + jerk.damping
+            + jerk.restoring
         )
         u = self.saturation.apply(-drift * (1.0 / (g1 * m.g2(x2, y.command))))
-        return InvertingState(u, pull, o, derivative)
+        return InvertingState(u, jerk, o, derivative)

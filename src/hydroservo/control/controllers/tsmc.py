@@ -6,9 +6,9 @@ from typing import Annotated, NamedTuple
 from hydroservo.control.controlled.velocity import Velocity
 from hydroservo.control.controllers.inverting import Inverting, InvertingState
 from hydroservo.control.controllers.saturation import Saturation
+from hydroservo.control.error_dynamics.explicit_reaching import ExplicitReaching
+from hydroservo.control.error_dynamics.terminal import TerminalErrorDynamics, TerminalErrorDynamicsState
 from hydroservo.control.observers.filtered_derivative import FilteredDerivative
-from hydroservo.control.pulls.explicit_reaching import ExplicitReaching
-from hydroservo.control.pulls.terminal import TerminalPull, TerminalPullState
 from hydroservo.core.assumptions import Assumption, Facts
 from hydroservo.core.block import Block, Field
 from hydroservo.core.roles import Controller, Differentiator, Observer, Reaching, controlling, role
@@ -39,7 +39,7 @@ class TSMC(NamedTuple):
         u      = -1/(g1 g2) [ -b/m (f1 + g1 x2 + d1) + g1 (f2 + d2) + dd1/dt - d3y_d/dt3
                               + mu1 dxi1 + delta1 d(xi1^a1)/dt + mu2 xi2 + delta2 xi2^a2 ]
 
-    d(xi1^a1)/dt = a1 |xi1|^(a1-1) dxi1 is singular in the print at xi1 = 0; how the pulls on xi1 and xi2 are
+    d(xi1^a1)/dt = a1 |xi1|^(a1-1) dxi1 is singular in the print at xi1 = 0; how the powers of xi1 and xi2 are
     realised in discrete time is the nested ``reaching``. dd1/dt comes from a nested derivative block. x1 and
     x2 are as the observer hands them on.
 
@@ -61,22 +61,15 @@ class TSMC(NamedTuple):
     reaching: Reaching = ExplicitReaching()
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        return TerminalPull(*self[:6], self.reaching).assumptions(facts)
+        return TerminalErrorDynamics(*self[:6], self.reaching).assumptions(facts)
 
     def init(self) -> TSMCState:
         return TSMCState(0.0, 0.0, 0.0, self.observer.init(), self.derivative.init())
 
     def step(self, s: TSMCState, y: Measurement, r: Demand, dt: float) -> TSMCState:
-        pull = TerminalPull(
-            self.linear_gain_1,
-            self.linear_gain_2,
-            self.power_gain_1,
-            self.power_gain_2,
-            self.exponent_1,
-            self.exponent_2,
-            self.reaching,
-        )
-        law = Inverting(pull, self.observer, self.model, self.derivative, self.saturation)
-        last = InvertingState(s.u, TerminalPullState(0.0, 0.0, s.xi1, s.xi2), s.observer, s.derivative)
+        dynamics = TerminalErrorDynamics(*self[:6], self.reaching)
+        law = Inverting(dynamics, self.observer, self.model, self.derivative, self.saturation)
+        surfaces = TerminalErrorDynamicsState(0.0, 0.0, s.xi1, s.xi2)
+        last = InvertingState(s.u, surfaces, s.observer, s.derivative)
         now = law.step(last, y, r, dt)
-        return TSMCState(now.u, now.pull.xi1, now.pull.xi2, now.observer, now.derivative)
+        return TSMCState(now.u, now.error_dynamics.xi1, now.error_dynamics.xi2, now.observer, now.derivative)

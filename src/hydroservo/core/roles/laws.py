@@ -42,7 +42,7 @@ class Realisation(Protocol):
     def second(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction: ...
 
 
-class Pull(Protocol):
+class ErrorDynamics(Protocol):
     """How a law wants the velocity's error to vanish: e'' = -q.
 
     Its state holds the two terms of q [m/s^3]: ``damping``, against the error's rate, and ``restoring``,
@@ -54,7 +54,7 @@ class Pull(Protocol):
 
 
 class Reaching(Protocol):
-    """How a pull draws two surfaces to 0 in discrete time: the rate k s + eps |s|^a sgn(s), and its slope.
+    """How two surfaces are drawn to 0 in discrete time: the rate k s + eps |s|^a sgn(s), and its slope.
 
     The slope is the rate's derivative by s [1/s]; the second surface needs none. It may say what it supposes
     of its sampling: ``supposes(eps, a, size, unit, dt)``.

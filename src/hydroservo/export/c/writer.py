@@ -68,7 +68,7 @@ SINGLE = {
     (f"{OPS}.circular", "HALF_PI_LOW"): 7.54978994586e-08,
     (f"{OPS}.circular", "LARGEST"): 8192.0,
     ("hydroservo.control.controllers.adaptive_robust", "LEAST"): 1e-37,
-    ("hydroservo.control.pulls.implicit_reaching", "LEAST"): 1e-37,
+    ("hydroservo.control.error_dynamics.implicit_reaching", "LEAST"): 1e-37,
 }
 
 

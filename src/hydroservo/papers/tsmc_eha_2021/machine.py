@@ -9,11 +9,11 @@ from hydroservo.control.controllers.backstepping import Backstepping
 from hydroservo.control.controllers.pi import PI
 from hydroservo.control.controllers.saturation import Saturation
 from hydroservo.control.controllers.tsmc import TSMC
+from hydroservo.control.error_dynamics.explicit_reaching import ExplicitReaching
 from hydroservo.control.observers.boundary_layer import BoundaryLayer
 from hydroservo.control.observers.filtered_derivative import FilteredDerivative
 from hydroservo.control.observers.model_derivative import ModelDerivative
 from hydroservo.control.observers.tsm import TSMObserver
-from hydroservo.control.pulls.explicit_reaching import ExplicitReaching
 from hydroservo.control.references.sine import Sine
 from hydroservo.control.references.square import Square
 from hydroservo.core.roles import Load, Reference

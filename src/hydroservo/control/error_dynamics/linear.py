@@ -5,11 +5,11 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.core.assumptions import Assumption, Facts, robust, sampled_faster, valve_faster
 from hydroservo.core.block import Field
-from hydroservo.core.roles import Pull, role
+from hydroservo.core.roles import ErrorDynamics, role
 from hydroservo.core.signals import VelocityError
 
 
-class LinearPullState(NamedTuple):
+class LinearErrorDynamicsState(NamedTuple):
     """What is asked for at this sample, and the integral."""
 
     damping: Annotated[float, Field("m/s^3", "jerk asked against the error's rate")]
@@ -17,8 +17,8 @@ class LinearPullState(NamedTuple):
     integral: Annotated[float, Field("m", "integral of the error")]
 
 
-@role(Pull)
-class LinearPull(NamedTuple):
+@role(ErrorDynamics)
+class LinearErrorDynamics(NamedTuple):
     """The error of a linear system with two poles.
 
     With sigma = de/dt + k1 e + s', s' the shift by the observer's surfaces::
@@ -47,11 +47,11 @@ class LinearPull(NamedTuple):
             valve_faster(fastest, facts, "the faster pole"),
         ]
 
-    def init(self) -> LinearPullState:
-        return LinearPullState(0.0, 0.0, 0.0)
+    def init(self) -> LinearErrorDynamicsState:
+        return LinearErrorDynamicsState(0.0, 0.0, 0.0)
 
-    def step(self, s: LinearPullState, error: VelocityError, dt: float) -> LinearPullState:
+    def step(self, s: LinearErrorDynamicsState, error: VelocityError, dt: float) -> LinearErrorDynamicsState:
         integral = s.integral + dt * error.value
         sigma = error.rate + self.first_pole * error.value + error.shift()
         restoring = self.second_pole * sigma + self.integral_gain * integral
-        return LinearPullState(self.first_pole * error.rate, restoring, integral)
+        return LinearErrorDynamicsState(self.first_pole * error.rate, restoring, integral)

@@ -1,4 +1,4 @@
-"""A law's pull on its surfaces, taken where it leads to."""
+"""A reaching law taken where it leads to."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,7 +13,7 @@ LEAST = 1e-300  # keeps the slope's power finite at the surface itself
 
 @role(Reaching)
 class ImplicitReaching(NamedTuple):
-    """The pull evaluated at the surface of the next sample (backward Euler).
+    """The reaching law evaluated at the surface of the next sample (backward Euler).
 
     The next surface s_next solves s_next + dt (k s_next + eps |s_next|^a sgn(s_next)) = s, and the rate is
     (s - s_next)/dt. With K = k + a eps |s_next|^(a-1) the slope is K/(1 + dt K): never above 1/dt, and that

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from hydroservo.control.pulls.super_twisting import twisting_assumptions
+from hydroservo.control.error_dynamics.super_twisting import twisting_assumptions
 from hydroservo.core import ops
 from hydroservo.core.assumptions import Assumption, Facts, Peak, below
 from hydroservo.core.block import Field
-from hydroservo.core.roles import Pull, role
+from hydroservo.core.roles import ErrorDynamics, role
 from hydroservo.core.signals import VelocityError
 
 
@@ -20,7 +20,7 @@ class NaiveSuperTwistingState(NamedTuple):
     learnt: Annotated[float, Field("m/s^3", "integral w of the surface's sign")]
 
 
-@role(Pull)
+@role(ErrorDynamics)
 class NaiveSuperTwisting(NamedTuple):
     """:class:`SuperTwisting` sampled as if nothing disturbed the surface over the period ahead.
 

@@ -3,15 +3,22 @@
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from hydroservo.control.pulls.implicit_reaching import ImplicitReaching
+from hydroservo.control.error_dynamics.implicit_reaching import ImplicitReaching
 from hydroservo.core import ops
-from hydroservo.core.assumptions import Assumption, Facts, below, sampled_faster, supposed, valve_faster
+from hydroservo.core.assumptions import (
+    Assumption,
+    Facts,
+    noise_within_limit,
+    sampled_faster,
+    supposed,
+    valve_faster,
+)
 from hydroservo.core.block import Field
-from hydroservo.core.roles import Pull, Reaching, role
+from hydroservo.core.roles import ErrorDynamics, Reaching, role
 from hydroservo.core.signals import VelocityError
 
 
-class NonsingularTerminalPullState(NamedTuple):
+class NonsingularTerminalErrorDynamicsState(NamedTuple):
     """What is asked for at this sample, and the surface."""
 
     damping: Annotated[float, Field("m/s^3", "jerk asked against the error's rate")]
@@ -19,8 +26,8 @@ class NonsingularTerminalPullState(NamedTuple):
     sigma: Annotated[float, Field("m/s^2", "sliding surface")]
 
 
-@role(Pull)
-class NonsingularTerminalPull(NamedTuple):
+@role(ErrorDynamics)
+class NonsingularTerminalErrorDynamics(NamedTuple):
     """One surface on which the error vanishes in finite time, without the singularity of a terminal one.
 
     With every power odd (|x|^a sgn x), 1 < p < 2, and s' the shift by the observer's surfaces::
@@ -44,38 +51,24 @@ class NonsingularTerminalPull(NamedTuple):
     reaching: Reaching = ImplicitReaching()
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        model, p = facts.model, self.surface_exponent
-        noise = model.g1() * facts.noise[1]
-        jump = self.surface_gain / p * noise ** (2.0 - p) / (model.g1() * model.g2(0.0, 0.0))
+        p, noise = self.surface_exponent, facts.model.g1() * facts.noise[1]
+        size = (self.surface_gain * facts.demand.value) ** (1.0 / p)
         return [
-            below(
-                "noise",
-                "the command that the noise of the rate makes is below its limit",
-                jump,
-                facts.limit,
-                "V",
-            ),
+            noise_within_limit(self.surface_gain / p * noise ** (2.0 - p), facts),
             sampled_faster(self.linear_gain, facts, "k"),
             valve_faster(self.linear_gain, facts, "k"),
-            *supposed(
-                self.reaching,
-                self.surface_gain / p,
-                2.0 - p,
-                (self.surface_gain * facts.demand.value) ** (1.0 / p),
-                "m/s^2",
-                facts.period,
-            ),
+            *supposed(self.reaching, self.surface_gain / p, 2.0 - p, size, "m/s^2", facts.period),
         ]
 
-    def init(self) -> NonsingularTerminalPullState:
-        return NonsingularTerminalPullState(0.0, 0.0, 0.0)
+    def init(self) -> NonsingularTerminalErrorDynamicsState:
+        return NonsingularTerminalErrorDynamicsState(0.0, 0.0, 0.0)
 
     def step(
-        self, s: NonsingularTerminalPullState, error: VelocityError, dt: float
-    ) -> NonsingularTerminalPullState:
+        self, s: NonsingularTerminalErrorDynamicsState, error: VelocityError, dt: float
+    ) -> NonsingularTerminalErrorDynamicsState:
         p = self.surface_exponent
         sigma = error.rate + ops.signed_power(self.surface_gain * error.value, 1.0 / p) + error.shift()
-        return NonsingularTerminalPullState(
+        return NonsingularTerminalErrorDynamicsState(
             self.reaching.second(error.rate, 0.0, self.surface_gain / p, 2.0 - p, dt),
             self.reaching.second(sigma, self.linear_gain, self.power_gain, self.exponent, dt),
             sigma,

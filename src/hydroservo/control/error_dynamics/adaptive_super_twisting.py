@@ -4,12 +4,16 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from hydroservo.control.pulls.super_twisting import SuperTwisting, SuperTwistingState, twisting_assumptions
+from hydroservo.control.error_dynamics.super_twisting import (
+    SuperTwisting,
+    SuperTwistingState,
+    twisting_assumptions,
+)
 from hydroservo.core import ops
 from hydroservo.core.assumptions import Assumption, Facts
 from hydroservo.core.block import Field
 from hydroservo.core.errors import ParameterError
-from hydroservo.core.roles import Pull, role
+from hydroservo.core.roles import ErrorDynamics, role
 from hydroservo.core.signals import VelocityError
 from hydroservo.core.sources import CHOSEN
 
@@ -26,7 +30,7 @@ class AdaptiveSuperTwistingState(NamedTuple):
     filtered: Annotated[float, Field("m/s^4", "rate of w, low-passed")]
 
 
-@role(Pull)
+@role(ErrorDynamics)
 class AdaptiveSuperTwisting(NamedTuple):
     """:class:`SuperTwisting` whose bound L is no larger than the disturbance asks for, nor smaller.
 
@@ -67,9 +71,9 @@ class AdaptiveSuperTwisting(NamedTuple):
     def step(
         self, s: AdaptiveSuperTwistingState, error: VelocityError, dt: float
     ) -> AdaptiveSuperTwistingState:
-        pull = SuperTwisting(self.surface_gain, s.disturbance_rate)
+        law = SuperTwisting(self.surface_gain, s.disturbance_rate)
         last = SuperTwistingState(s.damping, s.restoring, s.sigma, s.learnt, s.drive)
-        now = pull.step(last, error, dt)
+        now = law.step(last, error, dt)
         kept = ops.power(math.e, -self.filter_rate * dt)
         rate = (now.learnt - s.learnt) / dt
         filtered = rate + kept * (s.filtered - rate)

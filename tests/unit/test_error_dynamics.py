@@ -1,19 +1,19 @@
-"""Pulls: the closed forms that they are known by."""
+"""Error dynamics: the closed forms that they are known by."""
 
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from hydroservo.control.pulls import (
+from hydroservo.control.error_dynamics import (
     ExplicitReaching,
-    HomogeneousPull,
-    LinearPull,
+    HomogeneousErrorDynamics,
+    LinearErrorDynamics,
     NaiveSuperTwisting,
-    NonsingularTerminalPull,
-    RISEPull,
+    NonsingularTerminalErrorDynamics,
+    RISEErrorDynamics,
     SuperTwisting,
-    TerminalPull,
+    TerminalErrorDynamics,
 )
 from hydroservo.core.block import Block
 from hydroservo.core.signals import VelocityError
@@ -26,13 +26,13 @@ def nothing(t: float) -> float:
 
 
 def motion(
-    pull: Block, start: tuple[float, float], h: float, samples: int, disturbance: Disturbance = nothing
+    dynamics: Block, start: tuple[float, float], h: float, samples: int, disturbance: Disturbance = nothing
 ) -> np.ndarray:
     """Error, rate and jerk asked for at each sample of e'' = -q + disturbance, q held over the sample."""
     e, rate = start
-    state, rows = pull.init(), []
+    state, rows = dynamics.init(), []
     for k in range(samples):
-        state = pull.step(state, VelocityError(e, rate, 0.0, 0.0), h)
+        state = dynamics.step(state, VelocityError(e, rate, 0.0, 0.0), h)
         q = state.damping + state.restoring
         rows.append((e, rate, q))
         push = disturbance(h * k) - q
@@ -40,15 +40,17 @@ def motion(
     return np.array(rows)
 
 
-def surface(pull: Block, h: float, samples: int, disturbance: Disturbance, start: float = 0.0) -> np.ndarray:
+def surface(
+    dynamics: Block, h: float, samples: int, disturbance: Disturbance, start: float = 0.0
+) -> np.ndarray:
     """The surface's values where its gain c is next to nothing, so that it is the error's rate."""
-    rows = motion(pull, (0.0, start), h, samples, disturbance)
+    rows = motion(dynamics, (0.0, start), h, samples, disturbance)
     return rows[:, 1]
 
 
 def test_linear_has_its_two_poles() -> None:
     h, k1, k2 = 1e-5, 20.0, 50.0
-    error = motion(LinearPull(k1, k2), (1.0, 0.0), h, 20_000)[:, 0]
+    error = motion(LinearErrorDynamics(k1, k2), (1.0, 0.0), h, 20_000)[:, 0]
     t = h * np.arange(len(error))
     exact = (k2 * np.exp(-k1 * t) - k1 * np.exp(-k2 * t)) / (k2 - k1)
     assert np.abs(error - exact).max() < 1e-3
@@ -58,47 +60,49 @@ def test_linear_with_an_integral_leaves_nothing_of_a_constant_disturbance() -> N
     def load(t: float) -> float:
         return 30.0
 
-    plain, integral = (motion(LinearPull(20.0, 50.0, k), (0.0, 0.0), 1e-3, 4000, load) for k in (0.0, 5e3))
+    plain, integral = (
+        motion(LinearErrorDynamics(20.0, 50.0, k), (0.0, 0.0), 1e-3, 4000, load) for k in (0.0, 5e3)
+    )
     assert plain[-1, 0] == pytest.approx(30.0 / (20.0 * 50.0), rel=1e-6)
     assert abs(integral[-1, 0]) < 1e-9
 
 
 def test_terminal_without_powers_is_linear() -> None:
-    terminal = TerminalPull(300.0, 500.0, 0.0, 0.0, 0.7, 0.6, ExplicitReaching())
+    terminal = TerminalErrorDynamics(300.0, 500.0, 0.0, 0.0, 0.7, 0.6, ExplicitReaching())
     error = VelocityError(3e-3, -0.2, 0.0, 0.0)
-    one, other = terminal.step(terminal.init(), error, 1e-3), LinearPull(300.0, 500.0)
+    one, other = terminal.step(terminal.init(), error, 1e-3), LinearErrorDynamics(300.0, 500.0)
     two = other.step(other.init(), error, 1e-3)
     assert one.damping == two.damping
     assert one.restoring == pytest.approx(two.restoring, rel=1e-14)
 
 
 def test_terminal_is_there_in_finite_time_and_linear_is_not() -> None:
-    linear = motion(TerminalPull(50.0, 50.0, 0.0, 0.0, 0.7, 0.6), (1.0, 0.0), 1e-4, 4000)
-    terminal = motion(TerminalPull(50.0, 50.0, 5.0, 50.0, 0.7, 0.6), (1.0, 0.0), 1e-4, 4000)
+    linear = motion(TerminalErrorDynamics(50.0, 50.0, 0.0, 0.0, 0.7, 0.6), (1.0, 0.0), 1e-4, 4000)
+    terminal = motion(TerminalErrorDynamics(50.0, 50.0, 5.0, 50.0, 0.7, 0.6), (1.0, 0.0), 1e-4, 4000)
     assert abs(linear[-1, 0]) > 1e-8
     assert abs(terminal[-1, 0]) < 1e-14
 
 
 def test_nonsingular_terminal_slides_for_as_long_as_its_closed_form_says() -> None:
     p, beta, e0, h = 9 / 7, 1.0, 1.0, 1e-3
-    pull = NonsingularTerminalPull(beta, 500.0, 0.0, p, 0.5)
-    error = motion(pull, (e0, -((beta * e0) ** (1 / p))), h, 6000)[:, 0]
+    dynamics = NonsingularTerminalErrorDynamics(beta, 500.0, 0.0, p, 0.5)
+    error = motion(dynamics, (e0, -((beta * e0) ** (1 / p))), h, 6000)[:, 0]
     gone = h * int(np.argmax(np.abs(error) < 1e-6))
     assert gone == pytest.approx(p / (p - 1) * beta ** (-1 / p) * e0 ** (1 - 1 / p), rel=0.06)
-    assert pull.surface_exponent / (p - 1) == pytest.approx(4.5)
+    assert dynamics.surface_exponent / (p - 1) == pytest.approx(4.5)
 
 
 def test_homogeneous_motions_are_each_other_s_scaled() -> None:
     a, scale = 0.8, 3.0
-    pull = HomogeneousPull(20.0, 10.0, a)
-    one = motion(pull, (1.0, 0.0), 1e-4, 5000)
+    dynamics = HomogeneousErrorDynamics(20.0, 10.0, a)
+    one = motion(dynamics, (1.0, 0.0), 1e-4, 5000)
     # e scales by s^(2-a), the rate by s, time by s^(1-a)
-    other = motion(pull, (scale ** (2 - a), 0.0), 1e-4 * scale ** (1 - a), 5000)
+    other = motion(dynamics, (scale ** (2 - a), 0.0), 1e-4 * scale ** (1 - a), 5000)
     assert np.abs(other[:, 0] / scale ** (2 - a) - one[:, 0]).max() < 1e-12
 
 
 def test_homogeneous_ends_in_finite_time() -> None:
-    assert abs(motion(HomogeneousPull(60.0, 20.0, 0.6), (1.0, 0.0), 1e-4, 30_000)[-1, 0]) < 1e-6
+    assert abs(motion(HomogeneousErrorDynamics(60.0, 20.0, 0.6), (1.0, 0.0), 1e-4, 30_000)[-1, 0]) < 1e-6
 
 
 L, H = 40.0, 1e-3
@@ -134,33 +138,33 @@ def test_super_twisting_reaches_its_surface_in_finite_time() -> None:
 
 
 def test_rise_leaves_nothing_of_a_disturbance_that_does_not_change() -> None:
-    pull = RISEPull(20.0, 50.0, 10.0, 100.0)
-    rows = motion(pull, (0.01, 0.0), 1e-4, 20_000, lambda _: 5.0)
+    dynamics = RISEErrorDynamics(20.0, 50.0, 10.0, 100.0)
+    rows = motion(dynamics, (0.01, 0.0), 1e-4, 20_000, lambda _: 5.0)
     assert abs(rows[-1, 0]) < 1e-5
     assert rows[-1, 2] == pytest.approx(5.0, rel=0.02)
 
 
-PULLS: list[Block] = [
-    LinearPull(20.0, 50.0),
-    TerminalPull(20.0, 50.0, 1.0, 1.0, 0.7, 0.6),
-    NonsingularTerminalPull(100.0, 50.0, 5.0, 9 / 7, 0.5),
-    HomogeneousPull(60.0, 20.0, 0.8),
+DYNAMICS: list[Block] = [
+    LinearErrorDynamics(20.0, 50.0),
+    TerminalErrorDynamics(20.0, 50.0, 1.0, 1.0, 0.7, 0.6),
+    NonsingularTerminalErrorDynamics(100.0, 50.0, 5.0, 9 / 7, 0.5),
+    HomogeneousErrorDynamics(60.0, 20.0, 0.8),
     SuperTwisting(20.0, 100.0),
     NaiveSuperTwisting(20.0, 100.0),
-    RISEPull(20.0, 50.0, 10.0, 100.0),
+    RISEErrorDynamics(20.0, 50.0, 10.0, 100.0),
 ]
 
 
-@pytest.mark.parametrize("pull", PULLS, ids=lambda pull: type(pull).__name__)
-def test_each_brings_an_error_to_0_from_either_side(pull: Block) -> None:
-    up, down = (motion(pull, (sign, 0.0), 1e-3, 3000)[:, 0] for sign in (1.0, -1.0))
+@pytest.mark.parametrize("dynamics", DYNAMICS, ids=lambda dynamics: type(dynamics).__name__)
+def test_each_brings_an_error_to_0_from_either_side(dynamics: Block) -> None:
+    up, down = (motion(dynamics, (sign, 0.0), 1e-3, 3000)[:, 0] for sign in (1.0, -1.0))
     assert abs(up[-1]) < 2e-3
     assert down == pytest.approx(-up, abs=1e-12)
 
 
-@pytest.mark.parametrize("pull", PULLS, ids=lambda pull: type(pull).__name__)
-def test_an_observer_s_surfaces_shift_that_of_the_pull(pull: Block) -> None:
-    whole = pull.step(pull.init(), VelocityError(1e-3, 0.05, 0.0, 0.0), 1e-3)
-    shifted = pull.step(pull.init(), VelocityError(1e-3, 0.05, 0.01, 0.02), 1e-3)
+@pytest.mark.parametrize("dynamics", DYNAMICS, ids=lambda dynamics: type(dynamics).__name__)
+def test_an_observer_s_surfaces_shift_that_of_the_error_dynamics(dynamics: Block) -> None:
+    whole = dynamics.step(dynamics.init(), VelocityError(1e-3, 0.05, 0.0, 0.0), 1e-3)
+    shifted = dynamics.step(dynamics.init(), VelocityError(1e-3, 0.05, 0.01, 0.02), 1e-3)
     one, other = (state.damping + state.restoring for state in (whole, shifted))
     assert other > one

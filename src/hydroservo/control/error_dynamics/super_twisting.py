@@ -4,9 +4,16 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo.core import ops
-from hydroservo.core.assumptions import Assumption, Facts, Peak, above, below, sampled_faster, valve_faster
+from hydroservo.core.assumptions import (
+    Assumption,
+    Facts,
+    below,
+    disturbance_slower,
+    sampled_faster,
+    valve_faster,
+)
 from hydroservo.core.block import Field
-from hydroservo.core.roles import Pull, role
+from hydroservo.core.roles import ErrorDynamics, role
 from hydroservo.core.signals import VelocityError
 
 
@@ -20,7 +27,7 @@ class SuperTwistingState(NamedTuple):
     drive: Annotated[float, Field("m/s^3", "what the implicit step drives the surface with")]
 
 
-@role(Pull)
+@role(ErrorDynamics)
 class SuperTwisting(NamedTuple):
     """A surface that is reached in finite time against any disturbance whose rate is below a bound L.
 
@@ -67,30 +74,17 @@ class SuperTwisting(NamedTuple):
 
 
 def twisting_assumptions(surface_gain: float, bound: float, facts: Facts) -> list[Assumption]:
-    """What a super-twisting pull supposes.
+    """The assumptions of super-twisting error dynamics.
 
     Args:
         surface_gain: c of the error in the surface [1/s].
         bound: L on the rate of g1 d_L2 [m/s^4].
         facts: of the loop.
     """
-    model, rate = facts.model, facts.disturbance_rates[1]
+    noise, least = facts.model.g1() * facts.noise[1], facts.period**2 * bound
     return [
-        above(
-            "disturbance's rate",
-            "L is above the rate of g1 d_L2, as it is before an observer takes its part",
-            bound,
-            Peak(model.g1() * rate.value, rate.time),
-            "m/s^4",
-            measured=True,
-        ),
-        below(
-            "noise",
-            "the surface's noise is below h^2 L",
-            model.g1() * facts.noise[1],
-            facts.period**2 * bound,
-            "m/s^2",
-        ),
+        disturbance_slower("L", bound, facts),
+        below("noise", "the surface's noise is below h^2 L", noise, least, "m/s^2"),
         sampled_faster(surface_gain, facts, "c"),
         valve_faster(surface_gain, facts, "c"),
     ]

@@ -4,13 +4,20 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo.core import ops
-from hydroservo.core.assumptions import Assumption, Facts, Peak, above, below, sampled_faster, valve_faster
+from hydroservo.core.assumptions import (
+    Assumption,
+    Facts,
+    below,
+    disturbance_slower,
+    sampled_faster,
+    valve_faster,
+)
 from hydroservo.core.block import Field
-from hydroservo.core.roles import Pull, role
+from hydroservo.core.roles import ErrorDynamics, role
 from hydroservo.core.signals import VelocityError
 
 
-class RISEPullState(NamedTuple):
+class RISEErrorDynamicsState(NamedTuple):
     """What is asked for at this sample, the surface, and the integral."""
 
     damping: Annotated[float, Field("m/s^3", "jerk asked against the error's rate")]
@@ -19,8 +26,8 @@ class RISEPullState(NamedTuple):
     integral: Annotated[float, Field("m/s^3", "integral of the surface and its sign")]
 
 
-@role(Pull)
-class RISEPull(NamedTuple):
+@role(ErrorDynamics)
+class RISEErrorDynamics(NamedTuple):
     """A surface and the integral of its sign: continuous, against disturbances with bounded rates.
 
     With sigma = de/dt + c e + s', s' the shift by the observer's surfaces::
@@ -38,34 +45,21 @@ class RISEPull(NamedTuple):
     sign_gain: Annotated[float, Field("m/s^4", "gain beta of the surface's sign", at_least=0)]
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        model, rate = facts.model, facts.disturbance_rates[1]
-        ripple = facts.period * self.sign_gain / (model.g1() * model.g2(0.0, 0.0))
+        ripple = facts.period * self.sign_gain / (facts.model.g1() * facts.model.g2(0.0, 0.0))
+        meaning = "beta h, as a command, is below a thousandth of its limit"
         fastest = max(self.surface_gain, self.feedback_gain)
         return [
-            above(
-                "disturbance's rate",
-                "beta is above the rate of g1 d_L2, as it is before an observer takes its part",
-                self.sign_gain,
-                Peak(model.g1() * rate.value, rate.time),
-                "m/s^4",
-                measured=True,
-            ),
-            below(
-                "ripple",
-                "beta h, as a command, is below a thousandth of its limit",
-                ripple,
-                1e-3 * facts.limit,
-                "V",
-            ),
+            disturbance_slower("beta", self.sign_gain, facts),
+            below("ripple", meaning, ripple, 1e-3 * facts.limit, "V"),
             sampled_faster(fastest, facts, "the larger of c and k_s + 1"),
             valve_faster(fastest, facts, "the larger of c and k_s + 1"),
         ]
 
-    def init(self) -> RISEPullState:
-        return RISEPullState(0.0, 0.0, 0.0, 0.0)
+    def init(self) -> RISEErrorDynamicsState:
+        return RISEErrorDynamicsState(0.0, 0.0, 0.0, 0.0)
 
-    def step(self, s: RISEPullState, error: VelocityError, dt: float) -> RISEPullState:
+    def step(self, s: RISEErrorDynamicsState, error: VelocityError, dt: float) -> RISEErrorDynamicsState:
         sigma = error.rate + self.surface_gain * error.value + error.shift()
         linear = self.feedback_gain * sigma
         integral = s.integral + dt * (self.integral_rate * linear + self.sign_gain * ops.sign(sigma))
-        return RISEPullState(self.surface_gain * error.rate, linear + integral, sigma, integral)
+        return RISEErrorDynamicsState(self.surface_gain * error.rate, linear + integral, sigma, integral)

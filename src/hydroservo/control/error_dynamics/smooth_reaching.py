@@ -1,4 +1,4 @@
-"""A law's pull on its surfaces, made linear within a boundary layer."""
+"""A reaching law made linear within a boundary layer."""
 
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
@@ -32,8 +32,8 @@ class SmoothReaching(NamedTuple):
 
     def first(self, s: float, k: float, eps: float, a: float, dt: float) -> ReachingRate:
         size = ops.absolute(s) + self.first_thickness
-        pull = eps * ops.power(size, a - 1.0)
-        return ReachingRate((k + pull) * s, k + pull * (1.0 + (a - 1.0) * ops.absolute(s) / size))
+        gain = eps * ops.power(size, a - 1.0)
+        return ReachingRate((k + gain) * s, k + gain * (1.0 + (a - 1.0) * ops.absolute(s) / size))
 
     def second(self, s: float, k: float, eps: float, a: float, dt: float) -> float:
         return (k + eps * ops.power(ops.absolute(s) + self.second_thickness, a - 1.0)) * s

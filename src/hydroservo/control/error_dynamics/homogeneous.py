@@ -1,25 +1,25 @@
-"""A pull whose every part is a power of error and rate: finite time without a surface."""
+"""Error dynamics of powers of error and rate alone: finite time without a surface."""
 
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from hydroservo.control.pulls.implicit_reaching import ImplicitReaching
+from hydroservo.control.error_dynamics.implicit_reaching import ImplicitReaching
 from hydroservo.core import ops
-from hydroservo.core.assumptions import Assumption, Facts, below, supposed, valve_faster
+from hydroservo.core.assumptions import Assumption, Facts, below, noise_within_limit, supposed, valve_faster
 from hydroservo.core.block import Field
-from hydroservo.core.roles import Pull, Reaching, role
+from hydroservo.core.roles import ErrorDynamics, Reaching, role
 from hydroservo.core.signals import VelocityError
 
 
-class HomogeneousPullState(NamedTuple):
+class HomogeneousErrorDynamicsState(NamedTuple):
     """What is asked for at this sample."""
 
     damping: Annotated[float, Field("m/s^3", "jerk asked against the error's rate")]
     restoring: Annotated[float, Field("m/s^3", "jerk asked against the error")]
 
 
-@role(Pull)
-class HomogeneousPull(NamedTuple):
+@role(ErrorDynamics)
+class HomogeneousErrorDynamics(NamedTuple):
     """A double integrator in finite time, by powers of error and rate that scale alike.
 
     With every power odd (|x|^a sgn x)::
@@ -39,37 +39,24 @@ class HomogeneousPull(NamedTuple):
     reaching: Reaching = ImplicitReaching()
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        model = facts.model
-        noise = model.g1() * facts.noise[1]
-        jump = self.rate_gain * noise**self.exponent / (model.g1() * model.g2(0.0, 0.0))
-        turn = self.error_gain**0.5
+        noise = facts.model.g1() * facts.noise[1]
+        size = self.error_gain * facts.demand.value
         return [
-            below(
-                "noise",
-                "the command that the noise of the rate makes is below its limit",
-                jump,
-                facts.limit,
-                "V",
-            ),
+            noise_within_limit(self.rate_gain * noise**self.exponent, facts),
             below("range", "the error stays where powers pull more than a line", facts.demand, 1.0, "m/s"),
-            valve_faster(turn, facts, "the root of k1"),
-            *supposed(
-                self.reaching,
-                self.rate_gain,
-                self.exponent,
-                self.error_gain * facts.demand.value,
-                "m/s^2",
-                facts.period,
-            ),
+            valve_faster(self.error_gain**0.5, facts, "the root of k1"),
+            *supposed(self.reaching, self.rate_gain, self.exponent, size, "m/s^2", facts.period),
         ]
 
-    def init(self) -> HomogeneousPullState:
-        return HomogeneousPullState(0.0, 0.0)
+    def init(self) -> HomogeneousErrorDynamicsState:
+        return HomogeneousErrorDynamicsState(0.0, 0.0)
 
-    def step(self, s: HomogeneousPullState, error: VelocityError, dt: float) -> HomogeneousPullState:
+    def step(
+        self, s: HomogeneousErrorDynamicsState, error: VelocityError, dt: float
+    ) -> HomogeneousErrorDynamicsState:
         power = self.exponent / (2.0 - self.exponent)
         rate = error.rate + error.shift()
-        return HomogeneousPullState(
+        return HomogeneousErrorDynamicsState(
             self.reaching.second(rate, 0.0, self.rate_gain, self.exponent, dt),
             self.error_gain * ops.signed_power(error.value, power),
         )

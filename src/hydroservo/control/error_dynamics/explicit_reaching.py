@@ -1,4 +1,4 @@
-"""A law's pull on its surfaces, taken at the sample."""
+"""A reaching law taken at the sample."""
 
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
@@ -28,15 +28,8 @@ class ExplicitReaching(NamedTuple):
     def supposes(self, eps: float, a: float, size: float, unit: str, dt: float) -> Sequence[Assumption]:
         """What it asks of a power on a surface that the demand makes so large."""
         band = (eps * dt) ** (1.0 / (1.0 - a))
-        return [
-            below(
-                "explicit power",
-                "the band in which it chatters is below 1 % of the surface",
-                band,
-                0.01 * size,
-                unit,
-            )
-        ]
+        meaning = "the band in which it chatters is below 1 % of the surface"
+        return [below("explicit power", meaning, band, 0.01 * size, unit)]
 
     def first(self, s: float, k: float, eps: float, a: float, dt: float) -> ReachingRate:
         slope = a * ops.power(ops.absolute(s) + self.least_surface, a - 1.0)

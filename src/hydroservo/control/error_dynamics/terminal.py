@@ -1,16 +1,16 @@
-"""Two nested terminal sliding surfaces: the first paper's pull, and fast terminal sliding mode."""
+"""Two nested terminal sliding surfaces: those of the first paper, and fast terminal sliding mode."""
 
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from hydroservo.control.pulls.implicit_reaching import ImplicitReaching
+from hydroservo.control.error_dynamics.implicit_reaching import ImplicitReaching
 from hydroservo.core.assumptions import Assumption, Facts, sampled_faster, supposed, valve_faster
 from hydroservo.core.block import Field
-from hydroservo.core.roles import Pull, Reaching, role
+from hydroservo.core.roles import ErrorDynamics, Reaching, role
 from hydroservo.core.signals import VelocityError
 
 
-class TerminalPullState(NamedTuple):
+class TerminalErrorDynamicsState(NamedTuple):
     """What is asked for at this sample, and the surfaces."""
 
     damping: Annotated[float, Field("m/s^3", "jerk asked against the error's rate")]
@@ -19,8 +19,8 @@ class TerminalPullState(NamedTuple):
     xi2: Annotated[float, Field("m/s^2", "sliding surface xi2")]
 
 
-@role(Pull)
-class TerminalPull(NamedTuple):
+@role(ErrorDynamics)
+class TerminalErrorDynamics(NamedTuple):
     """Two nested surfaces, each drawn to 0 by a linear term and a power below 1.
 
     With every power odd (|x|^a sgn x) and s' the shift by the observer's surfaces::
@@ -29,8 +29,8 @@ class TerminalPull(NamedTuple):
         q   = mu1 dxi1/dt + delta1 d(xi1^a1)/dt + mu2 xi2 + delta2 xi2^a2
 
     The powers bring both surfaces to 0 in finite time, the linear terms from afar ("fast" terminal sliding
-    mode); without powers it is :class:`LinearPull` with the poles mu1 and mu2. How the pulls are realised in
-    discrete time is the nested ``reaching``.
+    mode); without powers it is :class:`LinearErrorDynamics` with the poles mu1 and mu2. The nested
+    ``reaching`` realises the powers in discrete time.
 
     Source: Yu, Man, IEEE Trans. Circuits and Systems I 49(2), 2002, doi:10.1109/81.983876 (unverified); with
     an observer's surfaces: eqs. (19)-(22) of doi:10.1007/s42401-021-00087-w.
@@ -46,22 +46,22 @@ class TerminalPull(NamedTuple):
     reaching: Reaching = ImplicitReaching()
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        mu = max(self.linear_gain_1, self.linear_gain_2)
+        mu, size = max(self.linear_gain_1, self.linear_gain_2), facts.demand.value
         return [
             sampled_faster(mu, facts, "the larger of mu_1 and mu_2"),
             valve_faster(mu, facts, "the larger of mu_1 and mu_2"),
-            *supposed(
-                self.reaching, self.power_gain_1, self.exponent_1, facts.demand.value, "m/s", facts.period
-            ),
+            *supposed(self.reaching, self.power_gain_1, self.exponent_1, size, "m/s", facts.period),
         ]
 
-    def init(self) -> TerminalPullState:
-        return TerminalPullState(0.0, 0.0, 0.0, 0.0)
+    def init(self) -> TerminalErrorDynamicsState:
+        return TerminalErrorDynamicsState(0.0, 0.0, 0.0, 0.0)
 
-    def step(self, s: TerminalPullState, error: VelocityError, dt: float) -> TerminalPullState:
+    def step(
+        self, s: TerminalErrorDynamicsState, error: VelocityError, dt: float
+    ) -> TerminalErrorDynamicsState:
         first = self.reaching.first(error.value, self.linear_gain_1, self.power_gain_1, self.exponent_1, dt)
         xi2 = error.rate + first.rate + error.force_surface + error.velocity_surface
-        return TerminalPullState(
+        return TerminalErrorDynamicsState(
             first.slope * error.rate,
             self.reaching.second(xi2, self.linear_gain_2, self.power_gain_2, self.exponent_2, dt),
             error.value,
