@@ -21,7 +21,7 @@ from sphinx.util.docutils import SphinxDirective
 from sphinx.util.parsing import nested_parse_to_nodes
 from sphinx.util.typing import ExtensionMetadata, OptionSpec
 
-from hydroservo.scenario.fits import said_roles
+from hydroservo.scenario.fits import declared_roles
 
 
 def which(text: str | None) -> bool:
@@ -46,11 +46,13 @@ class Blocks(SphinxDirective):
         every = [cls for name in module.__all__ if isinstance(cls := getattr(module, name), type)]
         wrapping = self.options.get("wrappers")
         for cls in every:
-            roles = said_roles(cls)
+            roles = declared_roles(cls)
             wraps = any(role in get_type_hints(cls).values() for role in roles)
             if {role.__name__ for role in roles} & set(self.options["roles"]) and wrapping in (None, wraps):
                 yield cls
-                yield from (one for one in every if one.__module__ == cls.__module__ and not said_roles(one))
+                yield from (
+                    one for one in every if one.__module__ == cls.__module__ and not declared_roles(one)
+                )
 
 
 def setup(app: Sphinx) -> ExtensionMetadata:

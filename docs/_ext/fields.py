@@ -14,7 +14,7 @@ from sphinx.util.typing import ExtensionMetadata
 
 from hydroservo.core.field import declared_fields
 from hydroservo.core.roles.saying import is_role
-from hydroservo.scenario.keys import Key, keys_of, range_of
+from hydroservo.scenario.keys import Key, keys_of, range_text
 
 
 class Row(NamedTuple):
@@ -41,7 +41,7 @@ def rows(maker: Callable[..., Any]) -> Iterator[Row]:
             yield Row(key.name, key.shown, "", "", nested(key), "")
         else:
             field = key.field
-            yield Row(key.name, key.shown, field.unit, range_of(field), field.meaning, field.source)
+            yield Row(key.name, key.shown, field.unit, range_text(field), field.meaning, field.source)
 
 
 def nested(key: Key) -> str:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 import hydroservo as hs
 from hydroservo.core.block import values
 from hydroservo.figures.style import PALETTE, figure, style
-from hydroservo.scenario.load import assembled
+from hydroservo.scenario.load import assemble
 
 __all__ = ["LAWS", "elsewhere", "needs", "overview", "side_by_side"]
 
@@ -115,7 +115,7 @@ def overview() -> Markdown:
 
 def searched(name: str) -> list[str]:
     """The last names of the numbers that a search sets."""
-    ranges = assembled(f"laws/{name}-sine").search.ranges
+    ranges = assemble(f"laws/{name}-sine").search.ranges
     return [path.rpartition(".")[2] for path in ranges]
 
 

@@ -8,14 +8,14 @@ import pandas as pd
 import pytest
 
 import hydroservo as hs
-from hydroservo.app.extent import beyond, extent_of
-from hydroservo.app.failures import failure, failure_at_field
-from hydroservo.app.form import form_of, numbers_in
+from hydroservo.app.extent import extent_of, outliers_text
+from hydroservo.app.failures import failure_at_field, failure_on_page
+from hydroservo.app.form import all_numbers, form_of
 from hydroservo.app.jobs import JOBS
-from hydroservo.app.source import Home, source_of
-from hydroservo.app.trajectory import MOST_POINTS, thinned
+from hydroservo.app.source import Home, page_source
+from hydroservo.app.trajectory import MOST_POINTS, thin_lines
 from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError
-from hydroservo.scenario import assembled, scenarios
+from hydroservo.scenario import assemble, scenarios
 from tests.support.synthetic_logs import SCENARIO, exact_log, with_units
 
 RIG = "rig/1khz-pi-sine"
@@ -38,9 +38,9 @@ def done(home):
 @pytest.mark.parametrize("name", sorted(scenarios()))
 def test_what_the_form_shows_is_the_scenario(name):
     """Each text of the form, entered as it stands, changes nothing."""
-    before = assembled(name)
+    before = assemble(name)
     changes = {}
-    for one in numbers_in(form_of(before)):
+    for one in all_numbers(form_of(before)):
         changes[one["path"]] = before_text(one)
     assert hs.load_scenario(name, changes) == before.loop
 
@@ -84,7 +84,7 @@ def test_odd_requests_are_no_defects(done, job, field):
         try:
             done(job, **{**usual, field: value})
         except Exception as error:
-            problems.append(failure(error)["problem"])
+            problems.append(failure_on_page(error)["problem"])
     assert [problem for problem in problems if "a defect" in problem] == []
 
 
@@ -96,7 +96,7 @@ def test_a_type_for_no_block_says_what_has_one(done):
 def test_texts_of_pages_are_forgotten(home, monkeypatch):
     monkeypatch.setattr("hydroservo.app.source.MOST_TEXTS", 4)
     for i in range(8):
-        source = source_of({"text": f'base = "{RIG}"\ntitle = "{i}"\n'}, home)
+        source = page_source({"text": f'base = "{RIG}"\ntitle = "{i}"\n'}, home)
         os.utime(source.scenario, (i, i))
     texts = [file.read_text() for file in home.folder.glob("*.toml")]
     assert sorted(text[-4:-2] for text in texts) == ['"4', '"5', '"6', '"7']
@@ -137,7 +137,7 @@ def test_long_lines_keep_their_peaks():
     time = np.linspace(0.0, 1.0, 50_001)
     line = np.zeros(50_001)
     line[12_345], line[30_000] = 7.0, -5.0
-    rows = thinned(time, [line])
+    rows = thin_lines(time, [line])
     assert rows.shape[1] <= MOST_POINTS
     assert (rows[1].max(), rows[1].min()) == (7.0, -5.0)
     assert np.all(np.diff(rows[0]) > 0.0)
@@ -176,7 +176,7 @@ def test_an_opened_text_is_saved_with_its_changes(done, tmp_path):
 )
 def test_a_page_has_no_file_read(home, request_, key):
     with pytest.raises(ScenarioError) as caught:
-        source_of(request_, home).assembled()
+        page_source(request_, home).assemble()
     assert caught.value.key == key
 
 
@@ -185,7 +185,7 @@ def test_a_page_has_no_file_read(home, request_, key):
 )
 def test_what_are_no_changes_is_refused(home, changes):
     with pytest.raises(ScenarioError):
-        source_of({"changes": changes}, home)
+        page_source({"changes": changes}, home)
 
 
 def test_another_type_begins_with_numbers_of_its_like(done):
@@ -202,12 +202,12 @@ def test_numbers_that_nobody_has_are_asked_for(done):
 
 
 def test_errors_lead_to_their_fields():
-    assert failure(ScenarioError("f", "plant.mass", "is wrong")) == {
+    assert failure_on_page(ScenarioError("f", "plant.mass", "is wrong")) == {
         "path": "plant.mass",
         "problem": "is wrong",
     }
-    assert failure(ParameterError("plant.mass", 1, "no"))["path"] == "plant.mass"
-    assert "a defect of hydroservo: ValueError" in failure(ValueError("x\ny"))["problem"]
+    assert failure_on_page(ParameterError("plant.mass", 1, "no"))["path"] == "plant.mass"
+    assert "a defect of hydroservo: ValueError" in failure_on_page(ValueError("x\ny"))["problem"]
 
 
 BEFORE = {"name": "axis/position", "before": {"plant.mechanism.mass": "0.2 t"}}
@@ -264,7 +264,7 @@ def test_an_axis_leaves_out_a_spike_and_says_so():
     wave[[300, 900, 1500]] = 12e5, 41e5, 41e5
     found = extent_of([wave, np.zeros(2000)])
     assert (found.low, found.high) == (wave.min(), 12e5)  # a little beyond the others is seen
-    assert beyond(found, "bar", 1e-5) == "2 samples up to 41.0 bar"
+    assert outliers_text(found, "bar", 1e-5) == "2 samples up to 41.0 bar"
 
 
 def test_an_axis_shows_what_comes_again_and_a_step_whole():

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from hydroservo.app.source import Home
-from hydroservo.app.worker import Worker
+from hydroservo.app.worker import PageWorker
 
 RIG = "rig/1khz-pi-sine"
 LONG = {"changes": {"simulation.duration": "2000 s", "simulation.record_period": "1 s"}}
@@ -26,7 +26,7 @@ def run(home, steps):
     """What some steps with a worker come to."""
 
     async def whole():
-        worker = Worker(home)
+        worker = PageWorker(home)
         try:
             async with asyncio.timeout(40):
                 return await steps(worker)

@@ -7,7 +7,7 @@ import urllib.request
 
 import pytest
 
-from hydroservo.app.serving import Address, opened
+from hydroservo.app.serving import Address, open_socket
 from tests.support.browser import served
 from tests.support.commands.processes import needs_posix
 from tests.support.commands.runner import failed
@@ -44,7 +44,7 @@ def test_the_page_takes_its_folder_with_it(number, word, tmp_path, monkeypatch, 
 
 
 def test_an_answer_does_not_wait_to_be_acknowledged():
-    with opened(Address(port=0)) as listening, socket.create_connection(listening.getsockname()) as _:
+    with open_socket(Address(port=0)) as listening, socket.create_connection(listening.getsockname()) as _:
         there, _ = listening.accept()
         with there:
             assert there.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)

@@ -260,7 +260,9 @@ def test_a_large_table_is_announced(monkeypatch):
 def test_progress_says_how_many_how_fast_and_how_long(monkeypatch):
     clock, seen = [100.0], []
     monkeypatch.setattr(time, "monotonic", lambda: clock[0])
-    progress = progress_module.paced(lambda fraction, text: seen.append((fraction, text)), 10_000)
+    progress = progress_module.progress_with_rate(
+        lambda fraction, text: seen.append((fraction, text)), 10_000
+    )
     for clock[0], fraction in ((100.0, 0.1), (100.5, 0.2), (104.0, 0.3), (110.0, 1.0)):
         progress(fraction)
     assert seen == [

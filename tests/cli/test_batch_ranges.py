@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import ScenarioError
-from hydroservo.cli.options import ranges_in
-from hydroservo.scenario.load import assembled
+from hydroservo.cli.options import parse_ranges
+from hydroservo.scenario.load import assemble
 from hydroservo.scenario.sampling import variations
 from tests.support.commands.batches import NAME, drawn
 from tests.support.commands.runner import failed, succeeded
@@ -156,7 +156,7 @@ def test_a_wrong_range_is_one_line_that_names_it(text, problem):
 @given(text=st.text(max_size=20) | st.text("0123456789.%-+x kgPa", max_size=12).map("plant.mass={}".format))
 def test_any_range_is_drawn_from_or_refused_in_one_line(text):
     try:
-        (found,) = variations(assembled(NAME), ranges_in([text]))
+        (found,) = variations(assemble(NAME), parse_ranges([text]))
     except ScenarioError as error:
         found = str(error)
     assert found.isprintable() if isinstance(found, str) else 0.0 < found.low < found.high

@@ -4,7 +4,7 @@ import shlex
 
 import pytest
 
-from hydroservo.cli.options import replay
+from hydroservo.cli.options import replay_command
 from hydroservo.runs.provenance import scenario_hash
 from tests.support.commands.batches import NAME, again, alone, drawn, replayed
 from tests.support.commands.runner import succeeded
@@ -50,7 +50,7 @@ def test_what_is_0_is_set_whether_a_law_has_a_model_or_not(name):
 
 def test_a_replay_names_plugins_and_quotes_what_a_shell_would_split(tmp_path):
     changes, plugins = ["plant.mass=7 kg"], [tmp_path / "my file.py"]
-    text = replay(["hydroservo", "run", NAME], changes, plugins, {"controller.velocity_gain": 60.0})
+    text = replay_command(["hydroservo", "run", NAME], changes, plugins, {"controller.velocity_gain": 60.0})
     assert shlex.split(text) == [
         *("hydroservo", "run", NAME, "--set", "plant.mass=7 kg", "--set", "controller.velocity_gain=60.0"),
         *("--plugin", str(tmp_path / "my file.py")),

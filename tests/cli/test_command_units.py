@@ -10,7 +10,7 @@ import pytest
 
 from hydroservo.app.jobs import JOBS
 from hydroservo.app.source import Home
-from hydroservo.app.worker import answered
+from hydroservo.app.worker import do_job
 from hydroservo.scenario import load_scenario
 from tests.support.commands.runner import failed, succeeded
 from tests.support.needs import needs
@@ -80,7 +80,7 @@ def test_the_page_has_the_unit_of_commands(scenario: Path, unit: str, tmp_path: 
         def send(self, _: object) -> None: ...
 
     label, size = SHOWN[unit]
-    said = answered(JOBS, "run", {}, Home(str(scenario), (), tmp_path), Pipe())
+    said = do_job(JOBS, "run", {}, Home(str(scenario), (), tmp_path), Pipe())
     drawn = {(one["unit"], one["factor"]) for one in said.about["panels"] if one["title"] == "command"}
     assert drawn == {(label, size)}
 

@@ -28,7 +28,7 @@ SINE = "laws/internal-model-sine"
 )
 def test_numbers_too_large_for_what_follows_are_refused(words, problem):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hydroservo.cli.options.say_sizes", lambda *_: None)  # the warning of an odd size
+        patch.setattr("hydroservo.cli.options.warn_of_sizes", lambda *_: None)  # the warning of an odd size
         assert problem in failed(*words)
 
 

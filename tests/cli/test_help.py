@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import hydroservo
 from hydroservo.cli.app import app
-from hydroservo.cli.options import ranges_in
+from hydroservo.cli.options import parse_ranges
 from hydroservo.cli.places import WHERE
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
 from hydroservo.studies.file import read_study, study_source
@@ -152,7 +152,7 @@ def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
 @pytest.mark.parametrize("change", CHANGES)
 def test_each_change_that_the_help_shows_is_one(change):
     if ".." in change:
-        assert len(ranges_in([change])) == 1
+        assert len(parse_ranges([change])) == 1
         return
     changed = dict([parse_override(*shlex.split(change))])
     if change.startswith(("search.", "conditions.")):

@@ -10,7 +10,7 @@ from hydroservo.core.block import Field, declared_fields, is_block
 from hydroservo.core.roles import Reference, role
 from hydroservo.core.signals import Demand
 from hydroservo.scenario import registry
-from hydroservo.scenario.fits import said_roles
+from hydroservo.scenario.fits import declared_roles
 from hydroservo.testing import BlockContract
 from tests.support.roles import blocks, identifier
 
@@ -60,4 +60,4 @@ def test_a_new_block_is_found_without_being_listed(monkeypatch: pytest.MonkeyPat
 def test_each_class_with_methods_says_its_role() -> None:
     for cls in registry.shipped_classes():
         own = [name for name, value in vars(cls).items() if inspect.isfunction(value) and name[0] != "_"]
-        assert bool(said_roles(cls)) == bool(own), cls
+        assert bool(declared_roles(cls)) == bool(own), cls

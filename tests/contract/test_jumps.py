@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hydroservo.core.block import Block
 from hydroservo.core.roles import Load
 from hydroservo.machine.loads import Sine, Square, Step
-from hydroservo.testing.drawing import ORDINARY, block_of
+from hydroservo.testing.drawing import ORDINARY, random_blocks
 from hydroservo.testing.examples import example
 from tests.support.roles import identifier, playing
 
@@ -37,7 +37,7 @@ class TestJumps:
     @settings(max_examples=50)
     @given(data=st.data(), t=st.floats(0.0, 1e4))
     def test_they_come_one_after_the_other(self, cls: type, data: st.DataObject, t: float) -> None:
-        load = data.draw(block_of(example(cls), ORDINARY))
+        load = data.draw(random_blocks(example(cls), ORDINARY))
         found = [t, *jumps(load, t)]
         assert all(later > earlier for earlier, later in pairwise(found))
 
@@ -46,7 +46,7 @@ class TestJumps:
     def test_the_next_one_is_the_same_all_the_way_to_it(
         self, cls: type, data: st.DataObject, t: float, where: float
     ) -> None:
-        load = data.draw(block_of(example(cls), ORDINARY))
+        load = data.draw(random_blocks(example(cls), ORDINARY))
         found = [t, *jumps(load, t)]
         for earlier, later in pairwise(found):
             between = AFTER * earlier + where * (BEFORE * later - AFTER * earlier)
@@ -60,7 +60,7 @@ class TestJumps:
         Of a sine, a stretch that is short beside the quickest one drawn.
         """
         reach = 1e-2 if cls is Sine else 1e3
-        load = data.draw(block_of(example(cls), ORDINARY))
+        load = data.draw(random_blocks(example(cls), ORDINARY))
         found = [t, *jumps(load, t)]
         ends = [] if len(found) > JUMPS else [math.inf]
         for earlier, later in pairwise([*found, *ends]):

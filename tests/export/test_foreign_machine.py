@@ -14,7 +14,7 @@ from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.scenario import load_scenario
-from hydroservo.scenario.load import assembled
+from hydroservo.scenario.load import assemble
 from tests.support.export.foreign import folder
 
 PI, TSMC = "rig/1khz-pi-sine", "rig/1khz-tsmc-sine"
@@ -55,7 +55,7 @@ def test_a_law_around_its_exported_machine_gives_the_bits_of_its_run(version: Fm
 
 @pytest.mark.slow
 def test_a_law_with_a_model_believes_in_the_nominal_plant() -> None:
-    nominal = assembled(TSMC, SHORT).nominal.plant
+    nominal = assemble(TSMC, SHORT).nominal.plant
     numbers = {f"plant.nominal.{name}": value for name, value in nominal._asdict().items()}
     believed = {"plant.nominal.type": type(nominal).__name__} | numbers
     own, found = simulate(load_scenario(TSMC, SHORT), strict=True), simulate(around_tsmc(believed))

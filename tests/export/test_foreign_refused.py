@@ -75,7 +75,7 @@ def test_a_file_that_is_no_fmu_is_said_in_a_line(tmp_path: Path) -> None:
 
 def test_a_scenario_alone_runs_no_native_code(monkeypatch: pytest.MonkeyPatch) -> None:
     file = state_space()
-    monkeypatch.setattr(fmus, "allowed", set())
+    monkeypatch.setattr(fmus, "allowed_digests", set())
     changes = {"load": {"type": "FMU", "file": str(file), **SPRING}}
     with pytest.raises(ScenarioError, match=r"which no scenario runs by itself; allow it: --plugin"):
         load_scenario("axis/position", changes)

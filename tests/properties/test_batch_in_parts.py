@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from hydroservo import HydroservoWarning, Loop, ParameterError, Simulation, simulate_batch
-from hydroservo.cli.options import ranges_in
+from hydroservo.cli.options import parse_ranges
 from hydroservo.runs.step_sizes import hardest
-from hydroservo.scenario import assembled
-from hydroservo.scenario.parts import Sampled, Workers, simulate_in_parts, table_of_runs
+from hydroservo.scenario import assemble
+from hydroservo.scenario.parts import SampledBatch, Workers, simulate_in_parts, table_of_runs
 from hydroservo.scenario.ranges import as_entries
-from hydroservo.scenario.sampling import assembly_of, variations
+from hydroservo.scenario.sampling import assembly_of_loop, variations
 from hydroservo.testing.examples import example
 from hydroservo.work.doing import UnitsError
 from tests.support.work.units import contents
@@ -36,8 +36,8 @@ CASES = {
 
 def sampled(case, strict=False):
     name, changes, ranges, seeds = CASES[case]
-    assembly = assembled(name, changes)
-    return Sampled(assembly, variations(assembly, ranges_in(ranges)), 3, seeds, strict, cuda=False)
+    assembly = assemble(name, changes)
+    return SampledBatch(assembly, variations(assembly, parse_ranges(ranges)), 3, seeds, strict, cuda=False)
 
 
 def in_one(one, runs=RUNS):
@@ -122,9 +122,9 @@ def test_a_batch_goes_on_from_what_is_there(tmp_path):
 
 @pytest.mark.slow
 def test_what_is_wrong_with_a_run_names_it_whatever_its_part(tmp_path):
-    assembly = assembly_of(example(Loop, Simulation(0.002, 1e-4)))
+    assembly = assembly_of_loop(example(Loop, Simulation(0.002, 1e-4)))
     varied = variations(assembly, as_entries({"plant.start_position": (0.05, 0.0785)}))
-    one = Sampled(assembly, varied, 0, seeds=False, strict=False, cuda=False)
+    one = SampledBatch(assembly, varied, 0, seeds=False, strict=False, cuda=False)
     with pytest.raises(ParameterError, match=r"must be at most the stroke, .*, in run \d+$") as expected:
         in_one(one)
     said = []

@@ -7,7 +7,7 @@ import tomli_w
 
 from hydroservo import load_scenario
 from hydroservo.control.loop import Loop
-from hydroservo.scenario.layers import nested
+from hydroservo.scenario.layers import nest_changes
 
 INNER = "controller.controller"
 PID = f"{INNER}.controller"
@@ -48,5 +48,5 @@ def at_the_brink(name: str) -> Loop:
 def brink_file(folder: Path, name: str) -> Path:
     """Such a scenario as a file."""
     file = folder / f"{name.rpartition('/')[2]}.toml"
-    file.write_text(f'base = "{name}"\n{tomli_w.dumps(nested(dict(BRINK[name])))}', encoding="utf-8")
+    file.write_text(f'base = "{name}"\n{tomli_w.dumps(nest_changes(dict(BRINK[name])))}', encoding="utf-8")
     return file

@@ -4,7 +4,7 @@ from functools import cache
 from typing import get_type_hints
 
 from hydroservo.papers.tsmc_eha_2021 import printed
-from hydroservo.scenario.fits import said_roles
+from hydroservo.scenario.fits import declared_roles
 from hydroservo.scenario.plugins import is_block_class
 from hydroservo.scenario.registry import shipped_classes
 
@@ -13,7 +13,7 @@ NOTHING = ("NoEdges", "NoForce", "NoPosition", "NoPressure", "NoValve")  # whose
 
 def role_of(cls: type) -> type:
     """The one role that a block says."""
-    (said,) = said_roles(cls)
+    (said,) = declared_roles(cls)
     return said
 
 
@@ -21,7 +21,7 @@ def blocks() -> list[type]:
     """Every block class that the packages of devices and laws export, and a paper's laws as printed."""
     as_printed = (getattr(printed, name) for name in printed.__all__)
     found = [*shipped_classes(), *(value for value in as_printed if is_block_class(value))]
-    return [cls for cls in found if said_roles(cls)]
+    return [cls for cls in found if declared_roles(cls)]
 
 
 def identifier(cls: type) -> str:
@@ -32,7 +32,7 @@ def identifier(cls: type) -> str:
 @cache
 def playing(role: type) -> list[type]:
     """The block classes of a role."""
-    return [cls for cls in blocks() if role in said_roles(cls)]
+    return [cls for cls in blocks() if role in declared_roles(cls)]
 
 
 def wraps(cls: type) -> bool:

@@ -12,12 +12,12 @@ from hydroservo.core.roles import ControlledSignal, Start
 from hydroservo.core.validation import consistent
 from hydroservo.machine.starts import AsBuilt
 from hydroservo.scenario.fits import ROLES
-from hydroservo.testing.drawing import Range, block_of
+from hydroservo.testing.drawing import Spread, random_blocks
 from hydroservo.testing.examples import example
 from tests.support.roles import NOTHING, playing, wraps
 
 
-def wired(cls: type, spread: Range) -> SearchStrategy[Block]:
+def wired(cls: type, spread: Spread) -> SearchStrategy[Block]:
     """Blocks of a class, each nested block of any type that plays its role."""
     hints = get_type_hints(cls)
     inner = {
@@ -26,7 +26,7 @@ def wired(cls: type, spread: Range) -> SearchStrategy[Block]:
         if hints[name] in ROLES
     }
     exchanged = st.fixed_dictionaries(inner)
-    return st.builds(going_together, block_of(example(cls), spread), exchanged)
+    return st.builds(going_together, random_blocks(example(cls), spread), exchanged)
 
 
 def going_together(block: Block, parts: dict[str, Block]) -> Block:

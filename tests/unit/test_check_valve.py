@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from hydroservo.core.roles import CheckFlow, Relief
 from hydroservo.machine.drives import CheckValve
-from hydroservo.scenario.fits import misfit
+from hydroservo.scenario.fits import role_problem
 
 VALVE = CheckValve(cracking_pressure=5e4, conductance=1e-9, opening_range=2e4)
 
@@ -42,5 +42,5 @@ def test_a_pilot_holds_it_open_for_oil_that_comes_back() -> None:
 
 
 def test_it_is_no_relief_valve() -> None:
-    assert misfit(CheckValve, CheckFlow) is None
-    assert misfit(CheckValve, Relief) == "it says that its role is CheckFlow"
+    assert role_problem(CheckValve, CheckFlow) is None
+    assert role_problem(CheckValve, Relief) == "it says that its role is CheckFlow"

@@ -17,7 +17,7 @@ from hydroservo.export.unit import Part
 from hydroservo.identification.log import read_log
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
-from hydroservo.scenario import assembled, load_scenario
+from hydroservo.scenario import assemble, load_scenario
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.sampling import draws
 
@@ -206,5 +206,5 @@ def test_ranges_in_python_are_in_the_unit_of_the_scenario():
     drawn = draws(loop, {"controller.saturation.limit": "4..8 mA"}, runs=3)
     assert drawn.ranges["controller.saturation.limit"] == (1.0, 2.0)
     searched = {**IN_MA, "tune.vary.controller.proportional_gain": "8..16 mA s/m"}
-    found = assembled("rig/1khz-pi-sine", searched).search.ranges["controller.proportional_gain"]
+    found = assemble("rig/1khz-pi-sine", searched).search.ranges["controller.proportional_gain"]
     assert found[:2] == (2.0, 4.0)

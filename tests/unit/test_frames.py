@@ -8,8 +8,8 @@ import polars as pl
 import pytest
 
 import hydroservo as hs
-from hydroservo.scenario import assembled
-from hydroservo.scenario.parts import Sampled, simulate_in_parts
+from hydroservo.scenario import assemble
+from hydroservo.scenario.parts import SampledBatch, simulate_in_parts
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.sampling import variations
 
@@ -21,9 +21,9 @@ RUNS = 300
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a batch."""
     found = tmp_path_factory.mktemp("frames") / "runs"
-    scenario = assembled("paper/sine-pi", SHORT)
+    scenario = assemble("paper/sine-pi", SHORT)
     varied = variations(scenario, as_entries({"plant.mass": "4..8kg"}))
-    what = Sampled(scenario, varied, seed=0, seeds=False, strict=False, cuda=False)
+    what = SampledBatch(scenario, varied, seed=0, seeds=False, strict=False, cuda=False)
     simulate_in_parts(what, RUNS, found)
     return found
 
@@ -31,7 +31,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def wanted() -> np.ndarray:
     """The errors of its runs, as a batch in memory has them."""
-    loop = assembled("paper/sine-pi", SHORT)
+    loop = assemble("paper/sine-pi", SHORT)
     drawn = hs.draws(loop, {"plant.mass": "4..8kg"}, runs=RUNS)
     return hs.simulate_batch(loop.loop, drawn.parameters)["rms_error"].to_numpy()
 

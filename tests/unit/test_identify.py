@@ -16,7 +16,7 @@ from hydroservo.identification.search import lag
 from hydroservo.identification.segments import understood
 from hydroservo.identification.uncertainty import in_groups
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.scenario.load import assembled
+from hydroservo.scenario.load import assemble
 from hydroservo.scenario.ranges import as_entries
 from tests.support.synthetic_logs import (
     LATE,
@@ -161,7 +161,7 @@ def test_a_signal_measured_more_rarely_has_the_same_part_in_a_sum():
 
 
 def test_arguments_of_constructors_are_sought_from_the_scenarios_own_values():
-    assembly = assembled("axis/position")
+    assembly = assemble("axis/position")
     varied = sought(assembly, as_entries({"valve.orifice.rated_flow": "-50%..+100%"}))
     time = 1e-3 * np.arange(50)
     log = understood(checked_log({"time": time, "command": np.sin(time), "position": 0.1 + time}, "log"))

@@ -13,7 +13,7 @@ from hydroservo.core.roles import Block, Controller, Load, Observer, PositionSen
 from hydroservo.language.source import changed_class
 from hydroservo.machine.loads import Sine
 from hydroservo.scenario import load_plugin, load_scenario
-from hydroservo.scenario.fits import ROLES, misfit, roles_of, said_roles
+from hydroservo.scenario.fits import ROLES, declared_roles, possible_roles, role_problem
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.testing.examples import example
 from tests.support.equality import assert_same_block
@@ -41,22 +41,22 @@ def test_each_role_is_played() -> None:
 
 def test_a_class_takes_the_role_that_it_says_and_no_other() -> None:
     assert PI.role is Controller
-    assert said_roles(PI) == roles_of(PI) == (Controller,)
-    assert misfit(PI, Controller) is None
-    assert misfit(PI, Observer) == "it says that its role is Controller"
-    assert misfit(Sine, Reference) == "it says that its role is Load"
+    assert declared_roles(PI) == possible_roles(PI) == (Controller,)
+    assert role_problem(PI, Controller) is None
+    assert role_problem(PI, Observer) == "it says that its role is Controller"
+    assert role_problem(Sine, Reference) == "it says that its role is Load"
 
 
 def test_a_class_that_says_none_takes_each_role_whose_methods_it_has() -> None:
-    assert {Controller, PositionSensor} <= set(roles_of(Silent))
-    assert Load not in roles_of(Silent)
-    assert misfit(Silent, Load) == "it has no method force(self, t)"
+    assert {Controller, PositionSensor} <= set(possible_roles(Silent))
+    assert Load not in possible_roles(Silent)
+    assert role_problem(Silent, Load) == "it has no method force(self, t)"
 
 
 def test_a_class_may_play_two_roles() -> None:
-    assert said_roles(Both) == roles_of(Both) == (Load, Reference)
-    assert misfit(Both, Reference) is None
-    assert misfit(Both, Controller) == "it says that its role is Load and Reference"
+    assert declared_roles(Both) == possible_roles(Both) == (Load, Reference)
+    assert role_problem(Both, Reference) is None
+    assert role_problem(Both, Controller) == "it says that its role is Load and Reference"
 
 
 def test_a_role_is_no_field_and_changes_nothing_else() -> None:
@@ -73,7 +73,7 @@ def test_what_says_its_role_by_hand_must_say_one() -> None:
     with pytest.raises(
         ValueError, match=r"says that its role is 'Controller', which hydroservo.core.roles does not have"
     ):
-        said_roles(Odd)
+        declared_roles(Odd)
 
 
 CLASS = """\
@@ -137,7 +137,7 @@ def test_a_role_may_be_a_line_of_the_class(tmp_path: Path) -> None:
     text = CLASS.format(role="Controller", step=STEP, more="")
     path.write_text(text.replace("@role(Controller)\n", "").replace("):\n", "):\n    role = Controller\n", 1))
     (mine,) = load_plugin(path)
-    assert said_roles(mine) == (Controller,)
+    assert declared_roles(mine) == (Controller,)
 
 
 def test_what_a_block_may_have_besides_stands_in_its_role() -> None:

@@ -12,7 +12,7 @@ from hydroservo.core.block import Block
 from hydroservo.machine.plants import Cylinder, LoadPressurePlant
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.run import simulate
-from hydroservo.scenario import assembled, load_scenario
+from hydroservo.scenario import assemble, load_scenario
 from hydroservo.testing.examples import example
 from tests.support.equality import assert_same_block
 
@@ -40,14 +40,14 @@ def test_numbers_are_a_function_of_seed_path_and_run_alone() -> None:
 def test_relative_ranges_of_a_scenario_are_around_its_nominal_machine() -> None:
     changes = {"uncertainty.plant.mass": 0.5, "uncertainty.scale": 1}
     usual = {MASS: relative(-0.1, 0.1)}
-    scenario = assembled(NAME, changes)
+    scenario = assemble(NAME, changes)
     assert draws(scenario, usual, 2).ranges[MASS] == pytest.approx((5.4, 6.6))
     assert draws(scenario.loop, usual, 2).ranges[MASS] == pytest.approx((8.1, 9.9))
 
 
 def test_what_a_run_is_made_of_is_the_truth_of_the_machine_and_values_elsewhere() -> None:
     ranges = {MASS: relative(-0.3, 0.3), "controller.velocity_gain": (1500.0, 2500.0)}
-    drawn = draws(assembled(NAME), ranges, 5, seeds=True)
+    drawn = draws(assemble(NAME), ranges, 5, seeds=True)
     assert list(drawn.changes(2)) == ["truth.plant.mass", "controller.velocity_gain", "simulation.seed"]
     for run in range(5):
         own = {path: column[run].item() for path, column in drawn.parameters.items()}
@@ -66,7 +66,7 @@ def test_what_constructors_take_varies_in_a_scenario() -> None:
         "rated_drop": "70 bar",
         "rated_opening": "5 mm",
     }
-    scenario = assembled(NAME, {"valve.orifice": rated})
+    scenario = assemble(NAME, {"valve.orifice": rated})
     drawn = draws(scenario, {"valve.orifice.rated_flow": relative(-0.1, 0.1)}, 4)
     assert list(drawn.parameters) == ["valve.orifice.area_gradient"]
     assert list(drawn.changes(0)) == ["truth.valve.orifice.rated_flow"]

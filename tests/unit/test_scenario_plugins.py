@@ -247,7 +247,7 @@ class Bare(NamedTuple):
 def forget(block: Block) -> None:
     """This process has not loaded the block's plugin."""
     del sys.modules[type(block).__module__]
-    plugins.loaded.clear()
+    plugins.loaded_modules.clear()
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.scenario.quantities import si_value, unit_factor
-from hydroservo.scenario.units import base_units, check_si, unit_names
+from hydroservo.scenario.units import check_si, unit_names, unit_of_name
 
 QUANTITIES = [
     ("40 bar", "Pa", 40e5),
@@ -274,7 +274,7 @@ def read_by_pint(name: str) -> tuple[Fraction, dict[str, Fraction]] | None:
 def test_prefixes_and_plurals_are_read_as_pint_reads_them(prefix: str, end: str) -> None:
     for name in (f"{prefix}{unit}{end}" for unit in EACH):
         if expected := read_by_pint(name):
-            assert base_units(name) == expected, name
+            assert unit_of_name(name) == expected, name
         else:
             with pytest.raises(ValueError, match="has the"):
-                base_units(name)
+                unit_of_name(name)

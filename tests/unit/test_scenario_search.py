@@ -9,9 +9,9 @@ from hydroservo.control.controllers import TSMC
 from hydroservo.core.block import leaves
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario, scenarios
-from hydroservo.scenario.load import assembled
-from hydroservo.scenario.search import Search
-from hydroservo.scenario.task import task_of
+from hydroservo.scenario.load import assemble
+from hydroservo.scenario.search import SearchSettings
+from hydroservo.scenario.task import task_of_scenarios
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base
 
@@ -58,13 +58,13 @@ def write(tmp_path: Path):
     return written
 
 
-def ranges_of(search: Search) -> dict[str, tuple[float, float]]:
+def ranges_of(search: SearchSettings) -> dict[str, tuple[float, float]]:
     return {path: (one.low, one.high) for path, one in search.ranges.items()}
 
 
 @pytest.mark.parametrize("scenario", [name for name in scenarios() if not name.startswith("paper/")])
 def test_a_scenario_holds_the_search_that_found_its_gains(scenario: str) -> None:
-    assembly = assembled(scenario)
+    assembly = assemble(scenario)
     numbers = dict(leaves(assembly.loop))
     assert scenario in (assembly.search.scenarios or [scenario])
     assert assembly.search.ranges
@@ -74,8 +74,8 @@ def test_a_scenario_holds_the_search_that_found_its_gains(scenario: str) -> None
 
 def test_all_that_a_search_has(write) -> None:
     path = write(LAW + TUNE)
-    search = assembled(path).search
-    assert search._replace(ranges={}, together=None) == Search(
+    search = assemble(path).search
+    assert search._replace(ranges={}, together=None) == SearchSettings(
         scenarios=("rig/1khz-pi-sine", path),
         weights=(1.0, 2.5),
         scales=(-1.0, 0.0, 1.0),
@@ -92,7 +92,7 @@ def test_all_that_a_search_has(write) -> None:
 
 
 def test_without_a_table_there_is_nothing_to_search(write) -> None:
-    assert assembled(write(LAW)).search == Search()
+    assert assemble(write(LAW)).search == SearchSettings()
 
 
 def test_a_search_is_no_part_of_the_loop(write) -> None:
@@ -108,16 +108,16 @@ def test_the_order_of_paths_is_that_of_the_file(write) -> None:
     paths = ("controller.integral_gain", "sensors.velocity.time_constant", "controller.proportional_gain")
     text = sensors + LAW + "[tune.vary]\n"
     quoted = write(text + "".join(f'"{path}" = "0.1..30"\n' for path in paths))
-    assert list(assembled(quoted).search.ranges) == list(paths)
+    assert list(assemble(quoted).search.ranges) == list(paths)
     plain = write(text + "".join(f'{path} = "0.1..30"\n' for path in paths))
-    assert list(assembled(plain).search.ranges) == [paths[0], paths[2], paths[1]]
+    assert list(assemble(plain).search.ranges) == [paths[0], paths[2], paths[1]]
 
 
 def test_a_search_lies_over_that_of_the_base(write) -> None:
     write(LAW + TUNE)
     text = 'base = "my.toml"\n[tune]\ncandidates = 64\nvary.controller.integral_gain = "1..2"'
-    above = assembled(write(text, "own.toml")).search
-    assert above._replace(ranges={}) == assembled(write(LAW + TUNE)).search._replace(candidates=64, ranges={})
+    above = assemble(write(text, "own.toml")).search
+    assert above._replace(ranges={}) == assemble(write(LAW + TUNE)).search._replace(candidates=64, ranges={})
     assert ranges_of(above)["controller.integral_gain"] == (1.0, 2.0)
     assert ranges_of(above)["controller.proportional_gain"] == (1.0, 4.0)
 
@@ -126,8 +126,8 @@ def test_another_law_drops_the_ranges_of_the_base(write) -> None:
     write(LAW + TUNE)
     terminal = "".join(f"{path} = {value!r}\n" for path, value in TERMINAL.items())
     own = write(f'base = "my.toml"\n{terminal}[tune.vary]\ncontroller.power_gain_1 = "1..9"', "o")
-    assert ranges_of(assembled(own).search) == {"controller.power_gain_1": (1.0, 9.0)}
-    changed = assembled(write(LAW + TUNE), TERMINAL)
+    assert ranges_of(assemble(own).search) == {"controller.power_gain_1": (1.0, 9.0)}
+    changed = assemble(write(LAW + TUNE), TERMINAL)
     assert ranges_of(changed.search) == {}
 
 
@@ -144,12 +144,12 @@ def test_another_law_drops_a_range_of_the_base_that_is_in_another_unit(write) ->
         rate_feedforward = 1
         controller = { type = "PI", proportional_gain = "3 V s/m" }
     """
-    assert assembled(write(cascade, "own.toml")).search.ranges == {}
+    assert assemble(write(cascade, "own.toml")).search.ranges == {}
 
 
 def test_changes_lie_on_top(write) -> None:
     changes = {"tune.seeds": 5, "tune.vary.controller.integral_gain": "3..4 V/m"}
-    search = assembled(write(LAW + TUNE), changes).search
+    search = assemble(write(LAW + TUNE), changes).search
     assert search.seeds == 5
     assert ranges_of(search)["controller.integral_gain"] == (3.0, 4.0)
 
@@ -158,13 +158,13 @@ def test_weights_of_a_base_wait_for_the_scenarios_that_they_are_of(write) -> Non
     law = '[controller]\ntype = "PI"\nproportional_gain = 2\nintegral_gain = 500\n'
     ranges = '[tune.vary]\ncontroller.proportional_gain = "1..3"\n'
     own = write('base = "laws/machine"\n' + law + ranges)
-    assert assembled(own).search.weights == (1.0, 8.0)
+    assert assemble(own).search.weights == (1.0, 8.0)
     with pytest.raises(ScenarioError) as error:
-        task_of([own], {}, {}, {}, ())
+        task_of_scenarios([own], {}, {}, {}, ())
     advice = "name them in tune.scenarios, or write tune.weights = [1]"
     assert str(error.value) == f"{own}: tune.weights: are for 2 scenarios; {advice}"
-    assert task_of([own], {}, {"weights": [3], "scales": [0]}, {}, ()).aim.weights == [3.0]
-    assert task_of([own], {}, {"scales": [0]}, {"tune.weights": [3]}, ()).aim.weights == [3.0]
+    assert task_of_scenarios([own], {}, {"weights": [3], "scales": [0]}, {}, ()).aim.weights == [3.0]
+    assert task_of_scenarios([own], {}, {"scales": [0]}, {"tune.weights": [3]}, ()).aim.weights == [3.0]
 
 
 @pytest.mark.parametrize(

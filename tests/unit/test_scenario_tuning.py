@@ -7,9 +7,9 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.runs.tuned_finding import tuned_finding
-from hydroservo.scenario import assembled
+from hydroservo.scenario import assemble
 from hydroservo.scenario.ranges import as_entries
-from hydroservo.scenario.task import task_of
+from hydroservo.scenario.task import task_of_scenarios
 from hydroservo.scenario.tuning import as_toml, comments_of
 from tests.support.equality import assert_same_block
 
@@ -18,7 +18,7 @@ RIG = "rig/1khz-pi-square"
 
 
 def test_a_task_is_what_the_table_of_the_first_scenario_says() -> None:
-    task, search = task_of([RIG], {}, {}, {}, ()), assembled(RIG).search
+    task, search = task_of_scenarios([RIG], {}, {}, {}, ()), assemble(RIG).search
     assert RIG in task.scenarios
     assert list(task.scenarios) == list(search.scenarios)
     assert list(task.names) == [f"{name}, scale {x:g}" for name in search.scenarios for x in search.scales]
@@ -34,10 +34,10 @@ def test_a_task_is_what_the_table_of_the_first_scenario_says() -> None:
 
 def test_what_is_said_takes_the_place_of_parts_of_the_table() -> None:
     ranges = as_entries({GAIN: (1.0, 2.0)})
-    task = task_of([RIG], ranges, {"candidates": 64, "scales": [0], "seeds": 2}, {}, ())
+    task = task_of_scenarios([RIG], ranges, {"candidates": 64, "scales": [0], "seeds": 2}, {}, ())
     assert task.ranges == {GAIN: (1.0, 2.0)}
     assert (task.candidates, task.aim.seeds, len(task.aim.loops)) == (64, 2, len(task.scenarios))
-    alone = task_of([RIG, RIG], ranges, {}, {}, ())
+    alone = task_of_scenarios([RIG, RIG], ranges, {}, {}, ())
     assert (alone.scenarios, set(alone.aim.weights)) == ([RIG, RIG], {1.0})
 
 

@@ -12,7 +12,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import Field
 from hydroservo.scenario import load_plugin
-from hydroservo.scenario.keys import descriptions, keys_of, range_of, role_named, types_by_role
+from hydroservo.scenario.keys import describe_types, keys_of, range_text, role_named, types_by_role
 from hydroservo.scenario.layers import builtin_texts
 from hydroservo.scenario.other_tables import KEYS
 from hydroservo.scenario.schema import scenario_schema
@@ -119,7 +119,7 @@ def test_an_editor_shows_meaning_unit_and_range() -> None:
 def test_all_types_of_all_roles_are_described() -> None:
     for names in types_by_role().values():
         for name in names:
-            for one in descriptions(name):
+            for one in describe_types(name):
                 assert one.text
                 assert all(key.as_dict()["meaning"] for key in one.keys)
 
@@ -132,16 +132,16 @@ def test_a_table_is_named_as_its_role_is() -> None:
 
 
 def test_types_of_one_name_are_all_described() -> None:
-    assert [one.roles for one in descriptions("Sine")] == [["Load"], ["Reference"]]
+    assert [one.roles for one in describe_types("Sine")] == [["Load"], ["Reference"]]
 
 
 def test_what_has_no_such_name_is_said_with_the_nearest() -> None:
     with pytest.raises(ParameterError, match=r"did you mean Cylinder\.from_diameters\?"):
-        descriptions("Cylinder.from_diametrs")
+        describe_types("Cylinder.from_diametrs")
 
 
 def test_keys_are_those_of_the_declaration() -> None:
-    (about,) = descriptions("PI")
+    (about,) = describe_types("PI")
     keys = {key.name: key for key in keys_of(next(iter(role_named("controls").values())))}
     assert keys == {}
     assert [key.name for key in about.keys] == [
@@ -152,4 +152,4 @@ def test_keys_are_those_of_the_declaration() -> None:
         "controls",
     ]
     assert about.keys[2].shown == "0"
-    assert range_of(Field("s", "time", above=0, at_most=2.5)) == "> 0, ≤ 2.5"
+    assert range_text(Field("s", "time", above=0, at_most=2.5)) == "> 0, ≤ 2.5"

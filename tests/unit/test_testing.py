@@ -19,13 +19,13 @@ from hydroservo.export import compilers
 from hydroservo.machine.plants import DesignModel
 from hydroservo.machine.sensors import NoPosition
 from hydroservo.scenario import load_plugin
-from hydroservo.scenario.fits import ROLES, roles_of
+from hydroservo.scenario.fits import ROLES, possible_roles
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing import BlockContract, ContractError, answers, asking, behaviour, check_block
-from hydroservo.testing.asking import Answer, answer_of, by_cause
+from hydroservo.testing.asking import Answer, answer_to, group_by_cause
 from hydroservo.testing.case import case_of
 from hydroservo.testing.examples import example
-from hydroservo.testing.places import loop_with, places
+from hydroservo.testing.places import block_places, loop_with
 from hydroservo.testing.questions import QUESTIONS, ask
 from tests.support.needs import needs
 from tests.support.plugins import LAW, METRIC
@@ -98,7 +98,7 @@ def block_class(folder: Path, text: str) -> type:
 
 def answer(cls: type, name: str) -> Answer:
     question = next(one for one in QUESTIONS if one.name == name)
-    return answer_of(question, case_of(cls))
+    return answer_to(question, case_of(cls))
 
 
 class Wrong(NamedTuple):
@@ -291,7 +291,7 @@ def test_answers_that_are_wrong_for_one_cause_stand_together(
         assert old in text
         text = text.replace(old, new, 1)
     found = list(answers(block_class(tmp_path, text)))
-    wrong = [group for group in by_cause(found) if not group[0].ok]
+    wrong = [group for group in group_by_cause(found) if not group[0].ok]
     assert [[one.question for one in group] for group in wrong] == together
     if together[0][0] != COMPILED:  # how it behaves can be asked no more
         assert found[-1].question == RETURNS if together == [[RETURNS]] else PICKLES
@@ -470,13 +470,13 @@ def test_bits_in_c_are_compared_where_there_is_a_compiler(monkeypatch: pytest.Mo
 
 def test_there_is_a_loop_for_a_block_of_each_role() -> None:
     for cls in shipped_classes():
-        for one in roles_of(cls):
+        for one in possible_roles(cls):
             assert loop_with(example(cls), one) is not None, cls
-    assert {one for cls in shipped_classes() for one in roles_of(cls)} == set(ROLES)
+    assert {one for cls in shipped_classes() for one in possible_roles(cls)} == set(ROLES)
 
 
 def test_there_is_a_loop_for_a_users_block_of_each_role_that_a_scenario_can_name() -> None:
-    assert set(ROLES) - {place.kind for place in places()} == {Filter, Limiter, Model}
+    assert set(ROLES) - {place.kind for place in block_places()} == {Filter, Limiter, Model}
 
 
 def test_each_question_has_a_test_of_its_name() -> None:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import tomli_w
 
-from hydroservo.scenario import Assembly, assembled, load_scenario, parse_override, scenario_source, scenarios
+from hydroservo.scenario import Assembly, assemble, load_scenario, parse_override, scenario_source, scenarios
 from tools.promises.logs import drawn_log, read, wrong_log
 from tools.promises.mutations import (
     canonical,
@@ -71,7 +71,7 @@ class Stock(NamedTuple):
 def stock() -> Stock:
     """A stock of what ships."""
     names = list(scenarios())
-    made: dict[str, Assembly] = {name: assembled(name) for name in names}
+    made: dict[str, Assembly] = {name: assemble(name) for name in names}
     texts = [scenario_source(name) for name in names]
     tables = [found for text in texts if (found := tables_of(text)) is not None]
     tables += [canonical(one.loop) for one in made.values()]

@@ -15,7 +15,7 @@ from hydroservo.core.group import group_class
 from hydroservo.runs.provenance import describe
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.registry import makers, shipped_classes
-from hydroservo.scenario.tables import parsed
+from hydroservo.scenario.tables import parse_toml
 
 Draw = random.Random
 Tables = dict[str, Any]
@@ -254,7 +254,7 @@ def mutated_text(text: str, other: str, draw: Draw) -> bytes:
 def tables_of(text: str) -> Tables | None:
     """The tables of a text, if it is one of a scenario."""
     try:
-        return parsed(text, "")
+        return parse_toml(text, "")
     except (ScenarioError, tomllib.TOMLDecodeError):
         return None
 

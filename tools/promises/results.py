@@ -119,7 +119,7 @@ def run_plugin(path: Path) -> None:
         loop: Any = load_scenario("paper/sine-pi", CHANGES, plugins=[path])
         quietly(simulate)(loop, record=[], compiled=False)
     finally:
-        held.loaded.clear()
+        held.loaded_modules.clear()
         linecache.cache.pop(str(path.resolve()), None)
         for name in set(sys.modules) - modules:
             if name.startswith(held.MODULE):

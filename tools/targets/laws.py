@@ -45,7 +45,7 @@ from hydroservo.core.roles import (
     Realisation,
 )
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
-from hydroservo.scenario.fits import said_roles
+from hydroservo.scenario.fits import declared_roles
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import loop_with
@@ -111,7 +111,7 @@ def others() -> Iterator[tuple[str, Controller]]:
     chosen = {cls for law in CHOSEN.values() for cls in types_in(law)}
     for cls in shipped_classes():
         for role in PARTS:
-            if role in said_roles(cls) and cls not in chosen:
+            if role in declared_roles(cls) and cls not in chosen:
                 loop = loop_with(example(cls), role)
                 if loop is not None:
                     yield cls.__name__, loop.controller

@@ -17,7 +17,7 @@ PICTURES = {"png": "image/png", "svg": "image/svg+xml"}
 KINDS = (*FORMATS, *PICTURES, "c", "fmu")
 
 
-class File(NamedTuple):
+class Download(NamedTuple):
     """A file for the browser."""
 
     name: str
@@ -25,7 +25,7 @@ class File(NamedTuple):
     content: bytes
 
 
-def exported(source: Source, kind: str, report: Report) -> File:
+def make_download(source: Source, kind: str, report: Report) -> Download:
     """A file of the page's loop.
 
     Args:
@@ -35,45 +35,45 @@ def exported(source: Source, kind: str, report: Report) -> File:
     """
     with temporary_folder() as folder:
         if kind in FORMATS or kind in PICTURES:
-            return of_run(source, kind, folder, report)
+            return download_run(source, kind, folder, report)
         if kind == "c":
-            return c_project(source, folder, report)
+            return download_c(source, folder, report)
         if kind == "fmu":
-            return fmu(source, folder, report)
+            return download_fmu(source, folder, report)
     raise HydroservoError(f"{short(kind)} is not an export; there are {', '.join(KINDS)}")
 
 
-def of_run(source: Source, kind: str, folder: Path, report: Report) -> File:
+def download_run(source: Source, kind: str, folder: Path, report: Report) -> Download:
     """The trajectory, or a picture of it."""
     from hydroservo.findings import plot
     from hydroservo.runs.results import save
 
     file = folder / f"run.{kind}"
-    run = simulate(source.assembled().loop, progress=lambda done: report(0.8 * done, "simulating"))
+    run = simulate(source.assemble().loop, progress=lambda done: report(0.8 * done, "simulating"))
     report(0.8, "writing")
     if kind in PICTURES:
         plot(run).save(file)
     else:
         save(run, file)
-    return File(file.name, (FORMATS | PICTURES)[kind], file.read_bytes())
+    return Download(file.name, (FORMATS | PICTURES)[kind], file.read_bytes())
 
 
-def c_project(source: Source, folder: Path, report: Report) -> File:
+def download_c(source: Source, folder: Path, report: Report) -> Download:
     """The law as a folder of C, in an archive."""
     from hydroservo.export.products import export_c
 
-    export = export_c(source.assembled().loop, folder, progress=report)
+    export = export_c(source.assemble().loop, folder, progress=report)
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for file in export.files:
             archive.write(file, f"controller/{file.name}")
-    return File("controller.zip", "application/zip", out.getvalue())
+    return Download("controller.zip", "application/zip", out.getvalue())
 
 
-def fmu(source: Source, folder: Path, report: Report) -> File:
+def download_fmu(source: Source, folder: Path, report: Report) -> Download:
     """The law as an FMU."""
     from hydroservo.export.products import export_fmu
 
     file = folder / "controller.fmu"
-    export_fmu(source.assembled().loop, file, progress=report)
-    return File(file.name, "application/octet-stream", file.read_bytes())
+    export_fmu(source.assemble().loop, file, progress=report)
+    return Download(file.name, "application/octet-stream", file.read_bytes())

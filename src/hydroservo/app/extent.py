@@ -46,7 +46,7 @@ def extent_of(lines: Sequence[Vector], diverged: bool = False) -> Extent | None:
     rows = [one for one in rows if one.size]
     if not rows:
         return None
-    cores = [core_of(one, LAST if diverged else SPIKES) for one in rows]
+    cores = [range_without_outliers(one, LAST if diverged else SPIKES) for one in rows]
     low, high = min(one[0] for one in cores), max(one[1] for one in cores)
     room = FAR * max(high - low, FLAT * max(abs(low), abs(high)))
     every = np.concatenate(rows)
@@ -55,7 +55,7 @@ def extent_of(lines: Sequence[Vector], diverged: bool = False) -> Extent | None:
     return Extent(float(inside.min()), float(inside.max()), beside, float(every.min()), float(every.max()))
 
 
-def beyond(extent: Extent, unit: str, factor: float) -> str:
+def outliers_text(extent: Extent, unit: str, factor: float) -> str:
     """What lies beyond an axis, such as "3 samples up to 41 bar"; "" if nothing does.
 
     Args:
@@ -70,7 +70,7 @@ def beyond(extent: Extent, unit: str, factor: float) -> str:
     return f"{extent.outliers} sample{'s' if extent.outliers > 1 else ''} {' and '.join(ends)}"
 
 
-def core_of(values: Vector, share: float) -> tuple[float, float]:
+def range_without_outliers(values: Vector, share: float) -> tuple[float, float]:
     """The least and the largest value, but for a share at either end."""
     if values.size < FEWEST:
         return float(values.min()), float(values.max())

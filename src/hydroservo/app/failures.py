@@ -4,8 +4,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from hydroservo.app.form import form_of, numbers_in
-from hydroservo.app.source import Home, source_of
+from hydroservo.app.form import all_numbers, form_of
+from hydroservo.app.source import Home, page_source
 from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError, clipped, defect, short
 
 LONGEST = 200  # characters of a path
@@ -19,7 +19,7 @@ class Stopped(Exception):  # noqa: N818, for it is no error
     """The page asked for an end."""
 
 
-def failure(error: Exception) -> dict[str, Any]:
+def failure_on_page(error: Exception) -> dict[str, Any]:
     """An error as a page shows it: the dotted path of a field, "" for none, and what is wrong."""
     if isinstance(error, ScenarioError):
         path, said = clipped(error.key, LONGEST), OF_BLOCK.fullmatch(error.problem)
@@ -34,35 +34,35 @@ def failure(error: Exception) -> dict[str, Any]:
 
 
 def failure_at_field(error: Exception, request: Mapping[str, Any], home: Home) -> dict[str, Any]:
-    """An error as :func:`failure` has it, in the unit of the field at which it is shown.
+    """An error as :func:`failure_on_page` has it, in the unit of the field at which it is shown.
 
     Args:
         error: of a request.
         request: besides its changes it may have ``before``, those with which the page last had an answer.
         home: of the server.
     """
-    found, before = failure(error), request.get("before")
+    found, before = failure_on_page(error), request.get("before")
     asked = "given" in request  # for numbers that are no fields yet
     if asked or not found["path"] or not isinstance(before, Mapping):
         return found
     try:
-        form = form_of(source_of({**request, "changes": before}, home).assembled())
+        form = form_of(page_source({**request, "changes": before}, home).assemble())
     except HydroservoError:
         return found
-    entry = next((one for one in numbers_in(form) if one["path"] == found["path"]), None)
+    entry = next((one for one in all_numbers(form) if one["path"] == found["path"]), None)
     if entry is None:
         return found
     text = request.get("changes", {}).get(found["path"], entry["text"])
-    return {**found, "problem": in_own_unit(found["problem"], str(text), entry)}
+    return {**found, "problem": problem_in_own_unit(found["problem"], str(text), entry)}
 
 
-def in_own_unit(problem: str, text: str, entry: Mapping[str, Any]) -> str:
+def problem_in_own_unit(problem: str, text: str, entry: Mapping[str, Any]) -> str:
     """What is wrong with a number, in the unit in which a page shows it.
 
     Args:
         problem: in SI units.
         text: that was entered.
-        entry: of the number, as :func:`~hydroservo.app.form.entry_of` has it before.
+        entry: of the number, as :func:`~hydroservo.app.form.number_entry` has it before.
     """
     unit, si, text = entry["unit"], entry["si"], text.strip()
     if unit and re.fullmatch(NUMBER, text):

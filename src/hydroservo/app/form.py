@@ -15,7 +15,7 @@ from hydroservo.core.roles.saying import is_role
 from hydroservo.core.validation import allowed
 from hydroservo.scenario import Assembly
 from hydroservo.scenario.build import SIGNALS, Context, Draft
-from hydroservo.scenario.fits import hints
+from hydroservo.scenario.fits import argument_types
 from hydroservo.scenario.quantities import number_and_unit, unit_factor
 from hydroservo.scenario.registry import makers, names_in_role
 
@@ -36,24 +36,24 @@ def form_of(assembly: Assembly) -> list[dict[str, Any]]:
         "numbers": [],
         "blocks": [],
     }
-    parts = (block_of(name, assembly.drafts[name], hints(Loop)[name], context) for name in ORDER)
+    parts = (block_entry(name, assembly.drafts[name], argument_types(Loop)[name], context) for name in ORDER)
     return [controls, *parts]
 
 
-def block_of(path: str, draft: Draft, hint: Any, context: Context) -> dict[str, Any]:
+def block_entry(path: str, draft: Draft, hint: Any, context: Context) -> dict[str, Any]:
     """A block, and those in it."""
     maker = draft.maker
     return {
         "path": path,
         "type": maker.__qualname__,
-        "types": types_of(hint) if is_role(hint) else list(makers(class_of(maker))),
-        "meaning": first_line(class_of(maker)),
-        "numbers": list(numbers_of(path, draft, context)),
-        "blocks": list(blocks_of(path, draft, context)),
+        "types": types_of(hint) if is_role(hint) else list(makers(made_class(maker))),
+        "meaning": first_line(made_class(maker)),
+        "numbers": list(number_entries(path, draft, context)),
+        "blocks": list(block_entries(path, draft, context)),
     }
 
 
-def class_of(maker: Any) -> type:
+def made_class(maker: Any) -> type:
     found: type = maker if isinstance(maker, type) else maker.__self__
     return found
 
@@ -68,25 +68,25 @@ def types_of(role: type) -> list[str]:
     return names_in_role(role)
 
 
-def blocks_of(path: str, draft: Draft, context: Context) -> Iterator[dict[str, Any]]:
-    signals = signals_of(draft)
+def block_entries(path: str, draft: Draft, context: Context) -> Iterator[dict[str, Any]]:
+    signals = controlled_signals(draft)
     for name, one in draft.members.items():
         if isinstance(one, Draft):
-            hint = hints(draft.maker).get(name)
+            hint = argument_types(draft.maker).get(name)
             below = context if name in SIGNALS else context.below(signals, name)
-            yield block_of(f"{path}.{name}", one, hint, below)
+            yield block_entry(f"{path}.{name}", one, hint, below)
 
 
-def signals_of(draft: Draft) -> Any:
+def controlled_signals(draft: Draft) -> Any:
     """The signals that a block says it controls, as a group."""
     members = draft.members.items()
     return group({name: one.made() for name, one in members if name in SIGNALS and isinstance(one, Draft)})
 
 
-def numbers_of(path: str, draft: Draft, context: Context) -> Iterator[dict[str, Any]]:
+def number_entries(path: str, draft: Draft, context: Context) -> Iterator[dict[str, Any]]:
     """The numbers of a block that may be given."""
-    fields, kinds = declared_fields(draft.maker), hints(draft.maker)
-    inside = context.below(signals_of(draft), "")
+    fields, kinds = declared_fields(draft.maker), argument_types(draft.maker)
+    inside = context.below(controlled_signals(draft), "")
     for name, value in draft.members.items():
         kind = kinds.get(name)
         if kind not in (float, int, bool):
@@ -95,16 +95,16 @@ def numbers_of(path: str, draft: Draft, context: Context) -> Iterator[dict[str, 
         if field.derived:
             continue
         given = draft.table.entry(name).value if draft.table.has(name) else None
-        text = given if isinstance(given, str) else shown(value, field)
+        text = given if isinstance(given, str) else number_with_unit(value, field)
         yield {
-            **entry_of(f"{path}.{name}", kind, field, text),
+            **number_entry(f"{path}.{name}", kind, field, text),
             "value": value if math.isfinite(value) else None,
-            "low": bound(field.at_least, field.above),
-            "high": bound(field.at_most, field.below),
+            "low": finite_bound(field.at_least, field.above),
+            "high": finite_bound(field.at_most, field.below),
         }
 
 
-def entry_of(path: str, kind: Any, field: Field, text: str) -> dict[str, Any]:
+def number_entry(path: str, kind: Any, field: Field, text: str) -> dict[str, Any]:
     """What a page needs to have a number entered: its unit is the one of the text that stands there.
 
     Args:
@@ -113,7 +113,7 @@ def entry_of(path: str, kind: Any, field: Field, text: str) -> dict[str, Any]:
         field: its declaration.
         text: the number as it stands there, "" for none.
     """
-    unit, factor = unit_in(text, field) if kind is float else ("", 1.0)
+    unit, factor = unit_and_factor(text, field) if kind is float else ("", 1.0)
     return {
         "path": path,
         "name": path.rpartition(".")[2],
@@ -123,48 +123,48 @@ def entry_of(path: str, kind: Any, field: Field, text: str) -> dict[str, Any]:
         "factor": factor,
         "text": text,
         "meaning": field.meaning,
-        "allowed": allowed(in_unit(field, unit, factor), kind is int),
+        "allowed": allowed(field_in_unit(field, unit, factor), kind is int),
     }
 
 
-def unit_in(text: str, field: Field) -> tuple[str, float]:
+def unit_and_factor(text: str, field: Field) -> tuple[str, float]:
     """The unit of a text, else the one in which an engineer reads such a number, and the factor from SI."""
     try:
         unit = number_and_unit(text)[1].strip()
-        return (unit, float(1 / unit_factor(unit, field.unit))) if unit else unit_of(1.0, field)
+        return (unit, float(1 / unit_factor(unit, field.unit))) if unit else readable_unit_of(1.0, field)
     except ValueError:  # "auto", or no text
-        return unit_of(1.0, field)
+        return readable_unit_of(1.0, field)
 
 
-def in_unit(field: Field, unit: str, factor: float) -> Field:
+def field_in_unit(field: Field, unit: str, factor: float) -> Field:
     """A declaration with its range in another unit."""
     ends = (field.above, field.at_least, field.below, field.at_most)
     above, at_least, below, at_most = (None if one is None else factor * one for one in ends)
     return replace(field, unit=unit, above=above, at_least=at_least, below=below, at_most=at_most)
 
 
-def numbers_in(blocks: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+def all_numbers(blocks: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """The numbers of some blocks, and of those in them."""
     for block in blocks:
         yield from block["numbers"]
-        yield from numbers_in(block["blocks"])
+        yield from all_numbers(block["blocks"])
 
 
-def bound(*bounds: float | None) -> float | None:
+def finite_bound(*bounds: float | None) -> float | None:
     """The bound of a range that is there."""
     return next((one for one in bounds if one is not None and math.isfinite(one)), None)
 
 
-def shown(value: float | int | bool, field: Field) -> str:
+def number_with_unit(value: float | int | bool, field: Field) -> str:
     """A number with its unit, as a scenario takes it."""
     if field.auto is not None and value == field.auto:
         return "auto"
     if isinstance(value, int):
         return str(value)
-    unit, factor = unit_of(value, field)
+    unit, factor = readable_unit_of(value, field)
     return f"{value * factor:.10g} {unit}".strip()
 
 
-def unit_of(value: float, field: Field) -> tuple[str, float]:
+def readable_unit_of(value: float, field: Field) -> tuple[str, float]:
     """The unit in which a number is read, and the factor from SI."""
     return readable_unit(field.unit, abs(value) if math.isfinite(value) else 0.0)

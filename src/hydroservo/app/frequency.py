@@ -30,8 +30,8 @@ CURVES = {
 }
 
 
-def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], NDArray[np.float32]]:
-    """The curves of :func:`drawn_bode` alone, at fewer frequencies, for while a slider moves.
+def sketch_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], NDArray[np.float32]]:
+    """The curves of :func:`draw_bode` alone, at fewer frequencies, for while a slider moves.
 
     Args:
         loop: the loop.
@@ -41,10 +41,12 @@ def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], 
     point = operating_point(sliding(loop), None)  # at rest hysteresis leaves no slope, so that it slides
     grid = np.geomspace(low, high, SKETCHED)
     found = responses(point, parts_of(point)[0], 2.0 * math.pi * grid)
-    return {"points": SKETCHED}, rows_of(grid, found.curves)
+    return {"points": SKETCHED}, curve_rows(grid, found.curves)
 
 
-def rows_of(grid: NDArray[np.float64], curves: Mapping[str, NDArray[np.complex128]]) -> NDArray[np.float32]:
+def curve_rows(
+    grid: NDArray[np.float64], curves: Mapping[str, NDArray[np.complex128]]
+) -> NDArray[np.float32]:
     """Frequencies [Hz], and of each curve its size [dB] and phase [degrees]."""
     rows = [grid]
     for name in CURVES:
@@ -54,7 +56,7 @@ def rows_of(grid: NDArray[np.float64], curves: Mapping[str, NDArray[np.complex12
     return np.vstack(rows).astype(np.float32)
 
 
-def drawn_bode(loop: Loop) -> tuple[dict[str, Any], NDArray[np.float32]]:
+def draw_bode(loop: Loop) -> tuple[dict[str, Any], NDArray[np.float32]]:
     """The linear responses of a loop: what is said of them, and rows of frequencies, sizes and phases."""
     data = bode(loop, measure=False)
     finding = bode_finding(data)
@@ -64,13 +66,13 @@ def drawn_bode(loop: Loop) -> tuple[dict[str, Any], NDArray[np.float32]]:
             for name, title in CURVES.items()
         ],
         "points": int(data.sizes["frequency"]),
-        "margins": margins_shown(finding.tables[0]),
+        "margins": margin_entries(finding.tables[0]),
         "warnings": [*map(str, finding.doubts), *finding.remarks],
     }
-    return about, rows_of(data["frequency"].values, {name: data[name].values for name in CURVES})
+    return about, curve_rows(data["frequency"].values, {name: data[name].values for name in CURVES})
 
 
-def margins_shown(table: Table) -> list[dict[str, str]]:
+def margin_entries(table: Table) -> list[dict[str, str]]:
     """Margins and bandwidths as they are read."""
     rows = texts_of(table).rows
     return [{"meaning": name, "text": with_label(text, unit)} for name, text, unit in rows]

@@ -71,7 +71,7 @@ class Refusal(Exception):  # noqa: N818, for it is an answer
         self.status, self.problem = status, problem
 
 
-class Guard:
+class RequestGuard:
     """Checks host, origin, token and size of each request before the application sees it."""
 
     def __init__(self, application: Application, door: Door) -> None:
@@ -90,9 +90,9 @@ class Guard:
                 await self.let_in(scope, with_headers(send))
                 return
             most = LARGEST_LOG if scope["path"] == "/api/log" else LARGEST_REQUEST
-            await Limited(self.application, most)(scope, receive, with_headers(send), headers)
+            await SizeLimit(self.application, most)(scope, receive, with_headers(send), headers)
         except Refusal as refusal:
-            await answer(with_headers(send), refusal.status, refusal.problem)
+            await send_short_answer(with_headers(send), refusal.status, refusal.problem)
 
     def check(self, scope: Scope, headers: dict[str, str]) -> None:
         """Refuse what another site asks for.
@@ -132,7 +132,7 @@ class Guard:
         if scope["path"] != "/" or not hmac.compare_digest(given.encode(), self.door.token.encode()):
             raise Refusal(HTTPStatus.FORBIDDEN, "open the address with the token that the terminal shows")
         cookie = f"{COOKIE}={self.door.token}; Path=/; HttpOnly; SameSite=Strict"
-        await answer(send, HTTPStatus.SEE_OTHER, "", {"location": "/", "set-cookie": cookie})
+        await send_short_answer(send, HTTPStatus.SEE_OTHER, "", {"location": "/", "set-cookie": cookie})
 
 
 def headers_of(scope: Scope) -> dict[str, str]:
@@ -144,7 +144,7 @@ def headers_of(scope: Scope) -> dict[str, str]:
     return found
 
 
-class Limited:
+class SizeLimit:
     """An application that is given bodies of no more than so many bytes, said or found as they come."""
 
     def __init__(self, application: Application, most: int) -> None:
@@ -165,7 +165,7 @@ class Limited:
                 await send(message)
             elif not begun:
                 begun = True
-                await answer(send, HTTPStatus.REQUEST_ENTITY_TOO_LARGE, self.problem)
+                await send_short_answer(send, HTTPStatus.REQUEST_ENTITY_TOO_LARGE, self.problem)
 
         length = headers.get("content-length", "0")
         if not length.isdigit() or int(length) > self.most:
@@ -193,7 +193,9 @@ def with_headers(send: Send) -> Send:
     return one
 
 
-async def answer(send: Send, status: HTTPStatus, problem: str, headers: dict[str, str] | None = None) -> None:
+async def send_short_answer(
+    send: Send, status: HTTPStatus, problem: str, headers: dict[str, str] | None = None
+) -> None:
     """A short answer of the guard's own."""
     about = [(b"content-type", b"application/json")]
     about += [(name.encode(), value.encode()) for name, value in (headers or {}).items()]

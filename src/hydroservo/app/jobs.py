@@ -4,14 +4,14 @@ import warnings
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.app.downloads import Report, exported
+from hydroservo.app.downloads import Report, make_download
 from hydroservo.app.form import form_of
-from hydroservo.app.logs import drawn_log, found_in_log, log_file
-from hydroservo.app.retyped import completed, retyped
-from hydroservo.app.saved import scenario_text
-from hydroservo.app.sketch import sketched_run
-from hydroservo.app.source import Home, source_of
-from hydroservo.app.trajectory import drawn_run
+from hydroservo.app.logs import draw_log, identify_from_log, log_file
+from hydroservo.app.retyped import complete_retyped, retype
+from hydroservo.app.saved import page_scenario_text
+from hydroservo.app.sketch import sketch_run
+from hydroservo.app.source import Home, page_source
+from hydroservo.app.trajectory import draw_run
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import HydroservoWarning
 from hydroservo.runs.run import simulate
@@ -25,46 +25,46 @@ Request = Mapping[str, Any]
 Answer = tuple[dict[str, Any], bytes]
 
 
-def run(request: Request, home: Home, report: Report) -> Answer:
+def run_job(request: Request, home: Home, report: Report) -> Answer:
     """A run, and the form where it is asked for."""
-    assembly = source_of(request, home).assembled()
+    assembly = page_source(request, home).assemble()
     fields = {"form": form_of(assembly)} if request.get("form") else {}
     report(0.0, "simulating")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", HydroservoWarning)  # the answer has them
-        data = whole_or_sketched(assembly.loop, request.get("substeps"), report)
+        data = simulate_or_sketch(assembly.loop, request.get("substeps"), report)
     more = request.get("signals")
-    drawn = drawn_run(assembly.loop, data, more if isinstance(more, list) else [])
+    drawn = draw_run(assembly.loop, data, more if isinstance(more, list) else [])
     return {**drawn.about, **fields}, drawn.rows.tobytes()
 
 
-def whole_or_sketched(loop: Loop, substeps: object, report: Report) -> "xr.Dataset":
+def simulate_or_sketch(loop: Loop, substeps: object, report: Report) -> "xr.Dataset":
     """A run; where a page says with how many substeps the last one went, one for while a slider moves."""
 
     def progress(done: float) -> None:
         report(done, "simulating")
 
     if isinstance(substeps, int) and 0 < substeps <= MOST_SUBSTEPS:
-        return sketched_run(loop, substeps, progress)
+        return sketch_run(loop, substeps, progress)
     return simulate(loop, progress=progress)
 
 
-def form(request: Request, home: Home, _: Report) -> Answer:
+def form_job(request: Request, home: Home, _: Report) -> Answer:
     """The form alone, before a first run."""
-    return {"form": form_of(source_of(request, home).assembled())}, b""
+    return {"form": form_of(page_source(request, home).assemble())}, b""
 
 
-def frequency(request: Request, home: Home, _: Report) -> Answer:
+def frequency_job(request: Request, home: Home, _: Report) -> Answer:
     """A loop in frequency; its curves alone between two frequencies, where these are given."""
-    from hydroservo.app.frequency import drawn_bode, sketched_bode
+    from hydroservo.app.frequency import draw_bode, sketch_bode
 
-    loop, band = source_of(request, home).assembled().loop, request.get("band")
+    loop, band = page_source(request, home).assemble().loop, request.get("band")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", HydroservoWarning)
         if isinstance(band, list) and is_band(band):
-            about, rows = sketched_bode(loop, *band)
+            about, rows = sketch_bode(loop, *band)
         else:
-            about, rows = drawn_bode(loop)
+            about, rows = draw_bode(loop)
     return about, rows.tobytes()
 
 
@@ -75,47 +75,49 @@ def is_band(band: list[Any]) -> bool:
     return bool(LOWEST < band[0] < band[1] < HIGHEST)
 
 
-def retype(request: Request, home: Home, _: Report) -> Answer:
+def retype_job(request: Request, home: Home, _: Report) -> Answer:
     """Changes with another type for a block, and with numbers that it asked for where these are given."""
-    source = source_of(request, home)
-    found, given = retyped(source, str(request.get("path")), str(request.get("type"))), request.get("given")
+    source = page_source(request, home)
+    found, given = retype(source, str(request.get("path")), str(request.get("type"))), request.get("given")
     if isinstance(given, Mapping):
-        found = completed(source, found, given)
+        found = complete_retyped(source, found, given)
     return found._asdict(), b""
 
 
-def toml(request: Request, home: Home, _: Report) -> Answer:
+def toml_job(request: Request, home: Home, _: Report) -> Answer:
     """The scenario as text."""
-    return {"text": scenario_text(source_of(request, home))}, b""
+    return {"text": page_scenario_text(page_source(request, home))}, b""
 
 
-def export(request: Request, home: Home, report: Report) -> Answer:
+def export_job(request: Request, home: Home, report: Report) -> Answer:
     """A file for the browser."""
-    file = exported(source_of(request, home), str(request.get("kind")), report)
+    file = make_download(page_source(request, home), str(request.get("kind")), report)
     return {"name": file.name, "type": file.kind}, file.content
 
 
-def log(request: Request, home: Home, report: Report) -> Answer:
+def log_job(request: Request, home: Home, report: Report) -> Answer:
     """A log to be drawn, with its replay."""
-    about, rows = drawn_log(source_of(request, home), log_file(home, str(request.get("log"))), report)
+    about, rows = draw_log(page_source(request, home), log_file(home, str(request.get("log"))), report)
     return about, rows.tobytes()
 
 
-def identification(request: Request, home: Home, report: Report) -> Answer:
+def identify_job(request: Request, home: Home, report: Report) -> Answer:
     """Numbers of the machine from a log."""
     ranges = request.get("ranges")
     file = log_file(home, str(request.get("log")))
-    found = found_in_log(source_of(request, home), file, ranges if isinstance(ranges, dict) else {}, report)
+    found = identify_from_log(
+        page_source(request, home), file, ranges if isinstance(ranges, dict) else {}, report
+    )
     return found, b""
 
 
 JOBS: Mapping[str, Callable[[Request, Home, Report], Answer]] = {
-    "run": run,
-    "form": form,
-    "frequency": frequency,
-    "retype": retype,
-    "toml": toml,
-    "export": export,
-    "log": log,
-    "identify": identification,
+    "run": run_job,
+    "form": form_job,
+    "frequency": frequency_job,
+    "retype": retype_job,
+    "toml": toml_job,
+    "export": export_job,
+    "log": log_job,
+    "identify": identify_job,
 }

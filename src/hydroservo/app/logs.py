@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from hydroservo.app.downloads import Report
 from hydroservo.app.failures import NUMBER
-from hydroservo.app.form import form_of, numbers_in
+from hydroservo.app.form import all_numbers, form_of
 from hydroservo.app.source import Home, Source
-from hydroservo.app.trajectory import on_axes, thinned
+from hydroservo.app.trajectory import panel_on_axes, thin_lines
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import HydroservoError, ScenarioError, short
 from hydroservo.core.formatting import quantity
@@ -52,21 +52,21 @@ def log_file(home: Home, key: str) -> Path:
     return file
 
 
-def drawn_log(source: Source, file: Path, report: Report) -> tuple[dict[str, Any], NDArray[np.float32]]:
+def draw_log(source: Source, file: Path, report: Report) -> tuple[dict[str, Any], NDArray[np.float32]]:
     """The signals of a log, each with what the machine shows under the command that was recorded."""
-    assembly = source.assembled()
+    assembly = source.assemble()
     try:
         whole = understood(read_log(file, log_mapping(assembly.log_columns), (TIME,)))
     except ScenarioError as error:
         raise ScenarioError("", "", ": ".join(part for part in (error.key, error.problem) if part)) from None
     log, finding = whole.log, log_finding(whole)
     try:
-        replay, said = replay_of(assembly.loop, whole, report)
+        replay, said = replay_log(assembly.loop, whole, report)
     except HydroservoError as error:
         replay, said = {}, f"Not replayed: {error}"
-    panels = [panel_of(name, log.signals[name], replay.get(name)) for name in SIGNALS if name in log.signals]
+    panels = [log_panel(name, log.signals[name], replay.get(name)) for name in SIGNALS if name in log.signals]
     lines = [line.pop("values") for panel in panels for line in panel["lines"]]
-    rows = thinned(log.time - log.time[0], lines)
+    rows = thin_lines(log.time - log.time[0], lines)
     about = {
         "panels": panels,
         "duration": float(log.time[-1] - log.time[0]),
@@ -78,7 +78,7 @@ def drawn_log(source: Source, file: Path, report: Report) -> tuple[dict[str, Any
     return about, rows
 
 
-def replay_of(loop: Loop, whole: Understood, report: Report) -> tuple[dict[str, Vector], str]:
+def replay_log(loop: Loop, whole: Understood, report: Report) -> tuple[dict[str, Vector], str]:
     """What the machine of a loop shows under a log's command, at the log's instants, and a line about it.
 
     Each stretch of the log begins in the state that was measured there, and else as the loop does.
@@ -108,15 +108,17 @@ def of_segment(report: Report, number: int, count: int, done: float) -> None:
     report((number + done) / count, "replaying the log")
 
 
-def panel_of(name: str, measured: Vector, replay: Vector | None) -> dict[str, Any]:
+def log_panel(name: str, measured: Vector, replay: Vector | None) -> dict[str, Any]:
     """A signal of a log as it was recorded, and as the machine shows it in a replay."""
     lines = [{"name": "log", "values": measured}]
     if replay is not None and np.isfinite(replay).any():  # the machine has such a signal
         lines.append({"name": "replay", "values": replay})
-    return on_axes(name.replace("_", " "), SIGNALS[name].unit, lines)
+    return panel_on_axes(name.replace("_", " "), SIGNALS[name].unit, lines)
 
 
-def found_in_log(source: Source, file: Path, ranges: Mapping[str, str], report: Report) -> dict[str, Any]:
+def identify_from_log(
+    source: Source, file: Path, ranges: Mapping[str, str], report: Report
+) -> dict[str, Any]:
     """Numbers of the machine from a log.
 
     Args:
@@ -130,7 +132,7 @@ def found_in_log(source: Source, file: Path, ranges: Mapping[str, str], report: 
     wrong = [path for path, text in ranges.items() if not isinstance(text, str)]
     if wrong:
         raise HydroservoError(f"{short(wrong[0])} must have a range such as 50..200 kg")
-    units = {one["path"]: one["unit"] for one in numbers_in(form_of(source.assembled()))}
+    units = {one["path"]: one["unit"] for one in all_numbers(form_of(source.assemble()))}
     for path, text in ranges.items():
         if BARE.fullmatch(text.strip()) and units.get(path):
             raise ScenarioError("", path, f"{text.strip()} has no unit: {text.strip()} {units[path]}?")

@@ -4,18 +4,18 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
-from hydroservo.app.failures import failure, in_own_unit
-from hydroservo.app.form import entry_of
+from hydroservo.app.failures import failure_on_page, problem_in_own_unit
+from hydroservo.app.form import number_entry
 from hydroservo.app.source import Source, checked_changes
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import ScenarioError, short
 from hydroservo.core.field import Field, declared_fields
-from hydroservo.scenario import Assembly, assembled, scenarios
+from hydroservo.scenario import Assembly, assemble, scenarios
 from hydroservo.scenario.build import Draft, maker_named
-from hydroservo.scenario.fits import hints
+from hydroservo.scenario.fits import argument_types
 from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.quantities import si_value
-from hydroservo.scenario.tables import Entry, Origin
+from hydroservo.scenario.tables import FileOrigin, TableEntry
 
 MOST_TRIES = 12
 CONTROLS = "controls"  # the one block that is a name alone
@@ -35,7 +35,7 @@ class Retyped(NamedTuple):
     missing: list[dict[str, Any]] = []  # noqa: RUF012, for it is never changed
 
 
-def retyped(source: Source, path: str, wanted: str) -> Retyped:
+def retype(source: Source, path: str, wanted: str) -> Retyped:
     """The changes of a scenario with another type for the block at a path.
 
     Args:
@@ -46,15 +46,15 @@ def retyped(source: Source, path: str, wanted: str) -> Retyped:
     kept = {key: value for key, value in source.changes.items() if not key.startswith(f"{path}.")}
     bare = {**kept, f"{path}.type": wanted}
     try:
-        source._replace(changes=bare).assembled()
+        source._replace(changes=bare).assemble()
     except ScenarioError as error:
         problem = error
     else:
         return Retyped(bare, "")
-    for name, numbers in examples(str(source.scenario), wanted)[:MOST_TRIES]:
+    for name, numbers in scenarios_with_type(str(source.scenario), wanted)[:MOST_TRIES]:
         filled = {**bare, **{f"{path}.{key}": value for key, value in numbers.items()}}
         try:
-            source._replace(changes=filled).assembled()
+            source._replace(changes=filled).assemble()
         except ScenarioError:
             continue
         return Retyped(filled, name)
@@ -64,57 +64,59 @@ def retyped(source: Source, path: str, wanted: str) -> Retyped:
     return Retyped(bare, "", missing)
 
 
-def completed(source: Source, found: Retyped, given: Mapping[str, object]) -> Retyped:
+def complete_retyped(source: Source, found: Retyped, given: Mapping[str, object]) -> Retyped:
     """The changes of another type with the numbers that it asked for.
 
     Args:
         source: the scenario.
-        found: what :func:`retyped` returned.
+        found: what :func:`retype` returned.
         given: those numbers, by path.
     """
     entries = {one["path"]: one for one in found.missing}
     changes = dict(checked_changes({**found.changes, **{path: given.get(path, "") for path in entries}}))
     try:
-        source._replace(changes=changes).assembled()
+        source._replace(changes=changes).assemble()
     except ScenarioError as error:
-        path, problem = failure(error).values()
+        path, problem = failure_on_page(error).values()
         if path in entries:
-            problem = in_own_unit(problem, str(changes[path]), entries[path])
+            problem = problem_in_own_unit(problem, str(changes[path]), entries[path])
         raise ScenarioError(error.file, path, problem) from None
     return Retyped(changes, "")
 
 
 def missing_numbers(source: Source, path: str, wanted: str) -> Iterator[dict[str, Any]]:
     """The numbers without default of a type, with those of a built-in scenario where they are of the unit."""
-    assembly = source.assembled()
+    assembly = source.assemble()
     signal = assembly.loop.controls.declared()
     maker = maker_at(assembly, path, wanted)
-    fields, kinds = declared_fields(maker), hints(maker)
-    found = examples(str(source.scenario), wanted)
+    fields, kinds = declared_fields(maker), argument_types(maker)
+    found = scenarios_with_type(str(source.scenario), wanted)
     for name, default in defaults(maker).items():
         if default is None and kinds.get(name) in (float, int):
             field = fields.get(name, Field("", name)).of(signal)
             given = [numbers[name] for _, numbers in found if name in numbers]
-            text = next((str(one) for one in given if is_of(one, field.unit)), "")
-            yield entry_of(f"{path}.{name}", kinds[name], field, text)
+            text = next((str(one) for one in given if has_unit(one, field.unit)), "")
+            yield number_entry(f"{path}.{name}", kinds[name], field, text)
 
 
 def maker_at(assembly: Assembly, path: str, wanted: str) -> Any:
     """What makes a type for the block at a path of a loop."""
     first, *names = path.split(".")
     draft: Any = assembly.drafts.get(first)
-    hint: Any = hints(Loop).get(first)
+    hint: Any = argument_types(Loop).get(first)
     for name in names if isinstance(draft, Draft) else ():
-        hint = hints(draft.maker).get(name)
+        hint = argument_types(draft.maker).get(name)
         draft = draft.members.get(name)
         if not isinstance(draft, Draft):
             break
     if not isinstance(draft, Draft):
         raise ScenarioError("", short(path), "is not a block that can have another type here")
-    return maker_named(hint, None, Entry(Origin("", draft.table.origin.folder), f"{path}.type", wanted))
+    return maker_named(
+        hint, None, TableEntry(FileOrigin("", draft.table.origin.folder), f"{path}.type", wanted)
+    )
 
 
-def is_of(value: object, unit: str) -> bool:
+def has_unit(value: object, unit: str) -> bool:
     """Whether a value is a text with a number of a unit."""
     try:
         si_value(str(value), unit)
@@ -123,7 +125,7 @@ def is_of(value: object, unit: str) -> bool:
     return isinstance(value, str)
 
 
-def examples(near: str, wanted: str) -> list[tuple[str, Mapping[str, object]]]:
+def scenarios_with_type(near: str, wanted: str) -> list[tuple[str, Mapping[str, object]]]:
     """The built-in scenarios that have a block of a type, those of a scenario's own folder first."""
     folder = near.partition("/")[0]
     found = [(name, numbers[wanted]) for name, numbers in builtin_numbers().items() if wanted in numbers]
@@ -133,13 +135,13 @@ def examples(near: str, wanted: str) -> list[tuple[str, Mapping[str, object]]]:
 @cache
 def builtin_numbers() -> dict[str, dict[str, Mapping[str, object]]]:
     """What each built-in scenario gives for its blocks, by their types."""
-    return {name: dict(numbers_in(*assembled(name).drafts.values())) for name in scenarios()}
+    return {name: dict(numbers_by_type(*assemble(name).drafts.values())) for name in scenarios()}
 
 
-def numbers_in(*drafts: Draft) -> Iterator[tuple[str, Mapping[str, object]]]:
+def numbers_by_type(*drafts: Draft) -> Iterator[tuple[str, Mapping[str, object]]]:
     """What is given for some blocks and those in them, each with its type; inner ones come first."""
     for draft in drafts:
-        yield from numbers_in(*(one for one in draft.members.values() if isinstance(one, Draft)))
+        yield from numbers_by_type(*(one for one in draft.members.values() if isinstance(one, Draft)))
         maker: Any = draft.maker
         entries = {key: entry.value for key, entry in draft.table.entries() if key != "type"}
         if all(key.rpartition(".")[2] != "file" for key in entries):

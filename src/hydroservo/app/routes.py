@@ -16,9 +16,9 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from hydroservo._version import __version__
-from hydroservo.app.guard import Door, Guard
+from hydroservo.app.guard import Door, RequestGuard
 from hydroservo.app.source import Home
-from hydroservo.app.worker import Message, Worker
+from hydroservo.app.worker import Message, PageWorker
 from hydroservo.scenario import scenarios
 from hydroservo.scenario.layers import parse_override
 from hydroservo.scenario.records import RECORD_ENDINGS
@@ -36,7 +36,7 @@ WORKERS = {  # who does which job: a run does not wait for a curve, nor either f
 MOST_LOGS = 8
 
 
-def application(home: Home, door: Door, changes: list[str]) -> Guard:
+def application(home: Home, door: Door, changes: list[str]) -> RequestGuard:
     """The server of a page.
 
     Args:
@@ -44,7 +44,7 @@ def application(home: Home, door: Door, changes: list[str]) -> Guard:
         door: where it listens.
         changes: with which the page begins, as ``--set`` takes them.
     """
-    workers = {name: Worker(home) for name in dict.fromkeys(WORKERS.values())}
+    workers = {name: PageWorker(home) for name in dict.fromkeys(WORKERS.values())}
     begin = {
         "version": __version__,
         "name": home.given,
@@ -90,10 +90,10 @@ def application(home: Home, door: Door, changes: list[str]) -> Guard:
         Route("/api/job/{job}", job, methods=["POST"]),
         Mount("/static", StaticFiles(directory=str(files("hydroservo.app") / "static"))),
     ]
-    return Guard(Starlette(routes=routes, lifespan=life), door)
+    return RequestGuard(Starlette(routes=routes, lifespan=life), door)
 
 
-async def frames(worker: Worker, job: str, asked: Mapping[str, Any]) -> AsyncIterator[bytes]:
+async def frames(worker: PageWorker, job: str, asked: Mapping[str, Any]) -> AsyncIterator[bytes]:
     """The messages of a job as bytes, until it is done or the page stops reading."""
     messages = worker.do(job, asked)
     try:

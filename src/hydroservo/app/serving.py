@@ -57,13 +57,13 @@ def serve(
 
     from hydroservo.app.routes import application
 
-    listening = opened(address)
+    listening = open_socket(address)
     host, port = address.host, listening.getsockname()[1]
     door = Door(host, port, "" if host in LOOPBACK else secrets.token_urlsafe(16))
     with temporary_folder() as folder:
         files = tuple(str(checked_path("plugins", one).absolute()) for one in plugins)
         page = application(Home(scenario, files, folder), door, list(changes))
-        where = url(door)
+        where = page_url(door)
         say(where)
         if browser:
             Timer(SOON, webbrowser.open, [where]).start()
@@ -78,7 +78,7 @@ def serve(
         uvicorn.Server(config).run(sockets=[listening])
 
 
-def opened(address: Address) -> socket.socket:
+def open_socket(address: Address) -> socket.socket:
     """A socket that listens."""
     host, port = address
     if port is not None and not 0 <= port < 2**16:
@@ -95,7 +95,7 @@ def opened(address: Address) -> socket.socket:
     raise HydroservoError(f"{asked}: {problem.strerror or problem}")
 
 
-def url(door: Door) -> str:
+def page_url(door: Door) -> str:
     """The address to open."""
     host = f"[{door.host}]" if ":" in door.host else door.host
     return f"http://{host}:{door.port}/" + (f"?token={door.token}" if door.token else "")

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def sketched_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -> "xr.Dataset":
+def sketch_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -> "xr.Dataset":
     """What :func:`~hydroservo.simulate` returns, but for what it says of its steps.
 
     Args:

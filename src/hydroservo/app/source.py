@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 from hydroservo.core.errors import ScenarioError, short
 from hydroservo.core.outputs import write_text
-from hydroservo.scenario import Assembly, assembled
+from hydroservo.scenario import Assembly, assemble
 from hydroservo.scenario.layers import OVERRIDES, builtin_texts
-from hydroservo.scenario.tables import parsed
+from hydroservo.scenario.tables import parse_toml
 
 PAGE = "the page's scenario"
 MOST_CHANGES = 2000
@@ -48,23 +48,23 @@ class Source(NamedTuple):
     plugins: Sequence[str]
     text: str | None = None
 
-    def assembled(self) -> Assembly:
+    def assemble(self) -> Assembly:
         """The loop, and what it is made of.
 
         Raises:
             ScenarioError: the scenario does not say what it must.
         """
-        return assembled(self.scenario, self.changes)
+        return assemble(self.scenario, self.changes)
 
 
-def source_of(request: Mapping[str, Any], home: Home) -> Source:
+def page_source(request: Mapping[str, Any], home: Home) -> Source:
     """What a page asks for: ``{"text": ...}`` or ``{"name": ...}``, else what the command line gave."""
     changes = checked_changes(request.get("changes", {}))
     text, name = request.get("text"), request.get("name")
     if isinstance(text, str):
         check_encodes(text)
-        check_reads_nothing(parsed(text, PAGE))
-        return Source(kept_text(text, home.folder), changes, home.plugins, text)
+        check_reads_nothing(parse_toml(text, PAGE))
+        return Source(keep_text(text, home.folder), changes, home.plugins, text)
     if isinstance(name, str) and name != home.given:
         if name not in builtin_texts():
             raise ScenarioError(PAGE, "", f"{short(name)} is not a built-in scenario")
@@ -72,7 +72,7 @@ def source_of(request: Mapping[str, Any], home: Home) -> Source:
     return Source(home.given, changes, home.plugins)
 
 
-def kept_text(text: str, folder: Path) -> Path:
+def keep_text(text: str, folder: Path) -> Path:
     """The file that holds a text from a page; the files not used for longest are removed."""
     file = folder / f"{hashlib.sha256(text.encode()).hexdigest()[:16]}.toml"
     with suppress(FileNotFoundError):  # another worker may remove it at any time

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.app.extent import beyond, extent_of
+from hydroservo.app.extent import extent_of, outliers_text
 from hydroservo.control.loop import Loop
 from hydroservo.core.field import Field
 from hydroservo.core.formatting import common_unit, with_label
@@ -36,7 +36,7 @@ NAMES = {
 }
 
 
-class Drawn(NamedTuple):
+class RunDrawing(NamedTuple):
     """What a page needs of a run.
 
     Attributes:
@@ -48,7 +48,7 @@ class Drawn(NamedTuple):
     rows: NDArray[np.float32]
 
 
-def drawn_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> Drawn:
+def draw_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> RunDrawing:
     """What a page draws of a run.
 
     Args:
@@ -59,51 +59,53 @@ def drawn_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> Drawn:
     signals = [str(name) for name, one in run.data_vars.items() if one.dims]
     meaning = loop.controls.declared().meaning
     panels = [
-        panel(meaning, run, [DEMAND, CONTROLLED]),
+        signal_panel(meaning, run, [DEMAND, CONTROLLED]),
         error_panel(run),
-        panel("command", run, [COMMAND]),
-        panel("pressures", run, [path for path in PRESSURES if path in signals]),
-        *(panel(path, run, [path]) for path in more if path in signals),
+        signal_panel("command", run, [COMMAND]),
+        signal_panel("pressures", run, [path for path in PRESSURES if path in signals]),
+        *(signal_panel(path, run, [path]) for path in more if path in signals),
     ]
     finding = run_finding(run)
     panels = [one for one in panels if one["lines"]]
-    live = [panel(path, run, [path]) for path in LIVE if path in signals]
+    live = [signal_panel(path, run, [path]) for path in LIVE if path in signals]
     lines = [line for one in (*panels, *live) for line in one["lines"]]
     time = run["time"].values
-    rows = thinned(time, [line.pop("values") for line in lines])
+    rows = thin_lines(time, [line.pop("values") for line in lines])
     about = {
         "panels": panels,
         "live": live,
         "points": int(rows.shape[1]),
         "signals": signals,
-        "metrics": metrics_shown(run, finding.tables[0]),
-        "machine": machine_shown(loop),
+        "metrics": metric_entries(run, finding.tables[0]),
+        "machine": machine_entry(loop),
         "warnings": [*map(str, finding.doubts), *finding.remarks],
         "diverged": str(finding.lead[0]) if bool(run["diverged"]) else "",
         "duration": loop.simulation.duration,
         "substeps": run.attrs.get("substeps", loop.simulation.substeps),
         "hash": run.attrs["hash"],
     }
-    return Drawn(about, rows)
+    return RunDrawing(about, rows)
 
 
-def panel(title: str, run: "xr.Dataset", paths: Sequence[str]) -> dict[str, Any]:
+def signal_panel(title: str, run: "xr.Dataset", paths: Sequence[str]) -> dict[str, Any]:
     """Some signals of one unit on common axes."""
     lines = [
         {"path": path, "name": NAMES.get(path, run[path].attrs["long_name"]), "values": run[path].values}
         for path in paths
     ]
     unit = run[paths[0]].attrs["units"] if paths else ""
-    return on_axes(title, unit, lines, bool(run["diverged"]))
+    return panel_on_axes(title, unit, lines, bool(run["diverged"]))
 
 
 def error_panel(run: "xr.Dataset") -> dict[str, Any]:
     """Demand less what is controlled."""
     line = {"path": "error", "name": "", "values": run[DEMAND].values - run[CONTROLLED].values}
-    return on_axes("error", run[CONTROLLED].attrs["units"], [line], bool(run["diverged"]))
+    return panel_on_axes("error", run[CONTROLLED].attrs["units"], [line], bool(run["diverged"]))
 
 
-def on_axes(title: str, si: str, lines: Sequence[dict[str, Any]], diverged: bool = False) -> dict[str, Any]:
+def panel_on_axes(
+    title: str, si: str, lines: Sequence[dict[str, Any]], diverged: bool = False
+) -> dict[str, Any]:
     """Lines on common axes, their values in the unit of these, which go over what the lines do.
 
     Args:
@@ -120,11 +122,11 @@ def on_axes(title: str, si: str, lines: Sequence[dict[str, Any]], diverged: bool
         "factor": factor,
         "lines": [{**line, "values": factor * line["values"]} for line in lines],
         "extent": ends and [factor * ends.low, factor * ends.high],
-        "clipped": beyond(ends, unit, factor) if ends else "",
+        "clipped": outliers_text(ends, unit, factor) if ends else "",
     }
 
 
-def thinned(time: Vector, lines: Sequence[Vector]) -> NDArray[np.float32]:
+def thin_lines(time: Vector, lines: Sequence[Vector]) -> NDArray[np.float32]:
     """Instants and lines of few enough points, which keep the least and the largest of each stretch."""
     rows = np.vstack([time, *lines])
     count = rows.shape[1]
@@ -144,7 +146,7 @@ def thinned(time: Vector, lines: Sequence[Vector]) -> NDArray[np.float32]:
     return out.astype(np.float32)
 
 
-def metrics_shown(run: "xr.Dataset", table: Table) -> list[dict[str, Any]]:
+def metric_entries(run: "xr.Dataset", table: Table) -> list[dict[str, Any]]:
     """The metrics of a run, as they are read; what is compared has a value."""
     fields = metric_fields(run)
     return [
@@ -152,43 +154,43 @@ def metrics_shown(run: "xr.Dataset", table: Table) -> list[dict[str, Any]]:
             "name": name,
             "meaning": meaning,
             "text": with_label(text, unit),
-            "value": compared(fields[name], run[name]),
+            "value": comparable_value(fields[name], run[name]),
         }
         for name, text, unit, meaning in texts_of(table).rows
     ]
 
 
-def compared(field: Field, value: "xr.DataArray") -> float | None:
+def comparable_value(field: Field, value: "xr.DataArray") -> float | None:
     """A metric of which less is better; None of others, and where there is no number."""
     return float(value) if field.smaller_is_better and math.isfinite(value) else None
 
 
-def machine_shown(loop: Loop) -> dict[str, Any]:
+def machine_entry(loop: Loop) -> dict[str, Any]:
     """What the circuit is drawn of."""
     plant = loop.plant
     return {
         "plant": type(plant).__name__,
         "chambers": has_chambers(plant),
         "symmetric": getattr(plant, "area_a", 1.0) == getattr(plant, "area_b", 1.0),
-        "stroke": finite(getattr(plant, "stroke", math.nan)),
+        "stroke": finite_or_none(getattr(plant, "stroke", math.nan)),
         "valveless": is_valveless(loop.drive),
         "drive": type(loop.drive).__name__,
         "valve": type(loop.valve).__name__,
-        "full": finite(getattr(loop.valve, "max_opening", math.nan)),
+        "full": finite_or_none(getattr(loop.valve, "max_opening", math.nan)),
         "supply": type(loop.supply).__name__,
-        "supplied": finite(getattr(loop.supply, "supply_pressure", math.nan)),
+        "supplied": finite_or_none(getattr(loop.supply, "supply_pressure", math.nan)),
         "load": type(loop.load).__name__,
-        "law": laws(loop.controller),
+        "law": law_names(loop.controller),
         "demand": type(loop.reference).__name__,
         "controls": loop.controls.declared().meaning,
     }
 
 
-def finite(value: float) -> float | None:
+def finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def laws(law: Any) -> list[str]:
+def law_names(law: Any) -> list[str]:
     """A law and those that it wraps, from the outside in."""
     inner = getattr(law, "controller", None)
-    return [type(law).__name__, *(laws(inner) if inner is not None else [])]
+    return [type(law).__name__, *(law_names(inner) if inner is not None else [])]

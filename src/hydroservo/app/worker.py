@@ -34,7 +34,7 @@ class Message(NamedTuple):
         return self.kind != "progress"
 
 
-class Worker:
+class PageWorker:
     """One job after the other, in a process of its own that is started with the first."""
 
     def __init__(self, home: Home) -> None:
@@ -50,7 +50,7 @@ class Worker:
             return
         context = get_context("spawn")  # a copy would have the locks of this one's threads
         self.pipe, there = context.Pipe()
-        self.process = context.Process(target=serve, args=(there, self.home), daemon=True)
+        self.process = context.Process(target=run_worker, args=(there, self.home), daemon=True)
         with single_threaded_children():
             self.process.start()
         there.close()
@@ -118,7 +118,7 @@ class Worker:
         self.lock.release()
 
 
-def serve(pipe: Any, home: Home) -> None:
+def run_worker(pipe: Any, home: Home) -> None:
     """Do what comes through a pipe until it is closed: the life of the process."""
     begin_worker(home.folder)
     from hydroservo.app.jobs import JOBS
@@ -133,10 +133,10 @@ def serve(pipe: Any, home: Home) -> None:
             return
         if asked != "stop":  # one that came after the end of its job
             job, request = asked
-            pipe.send(answered(JOBS, job, request, home, pipe))
+            pipe.send(do_job(JOBS, job, request, home, pipe))
 
 
-def answered(jobs: Any, job: str, request: Mapping[str, Any], home: Home, pipe: Any) -> Message:
+def do_job(jobs: Any, job: str, request: Mapping[str, Any], home: Home, pipe: Any) -> Message:
     """The last message of a job."""
 
     def report(done: float, what: str) -> None:

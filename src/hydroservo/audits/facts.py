@@ -18,7 +18,7 @@ from hydroservo.core.block import Block, model_in, values
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.signals import Draws
 from hydroservo.core.states import filled
-from hydroservo.cosimulation import refuse_foreign
+from hydroservo.cosimulation import refuse_fmus
 from hydroservo.linear import Linearization, linearize
 from hydroservo.linear.view import viewed
 from hydroservo.runs.cautions import quietly
@@ -243,7 +243,7 @@ def model_of(law: Block) -> Any:
 
 def facts_of(loop: Loop, record: Sequence[str] = (), watching: Sequence[Block] = ()) -> tuple[LoopFacts, Any]:
     """The facts of a loop, after a run of it, and that run."""
-    refuse_foreign(loop, "audit it")
+    refuse_fmus(loop, "audit it")
     begun = ready(loop)
     monitor = lumped(begun)
     monitors = [*watching, CommandPeaks(), *([monitor] if monitor else [])]

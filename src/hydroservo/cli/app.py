@@ -12,23 +12,23 @@ from hydroservo._version import __version__
 from hydroservo.cli.failures import Commands
 
 PLACES = {  # in the order of the help
-    "run": "run:run",
-    "compare": "run:compare",
-    "batch": "batch:batch",
-    "tune": "tune:tune",
-    "study": "study:study",
-    "limit": "limit:limit",
-    "linearize": "linearize:linearize",
-    "bode": "bode:bode",
-    "identify": "identify:identify",
-    "map": "map:map_logs",
-    "log": "log:log",
-    "check": "check:check",
-    "audit": "audit:audit",
-    "describe": "describe:describe",
-    "schema": "describe:schema",
-    "app": "page:page",
-    "paper": "paper:paper",
+    "run": "run:run_command",
+    "compare": "run:compare_command",
+    "batch": "batch:batch_command",
+    "tune": "tune:tune_command",
+    "study": "study:study_command",
+    "limit": "limit:limit_command",
+    "linearize": "linearize:linearize_command",
+    "bode": "bode:bode_command",
+    "identify": "identify:identify_command",
+    "map": "map:map_command",
+    "log": "log:log_command",
+    "check": "check:check_command",
+    "audit": "audit:audit_command",
+    "describe": "describe:describe_command",
+    "schema": "describe:schema_command",
+    "app": "page:app_command",
+    "paper": "paper:paper_command",
     "scenarios": "listings:scenarios_app",
     "studies": "listings:studies_app",
     "export": "export:export_app",
@@ -75,7 +75,7 @@ def print_version(wanted: bool) -> None:
 
 
 @app.callback()
-def about(
+def main_options(
     version: Annotated[
         bool,
         typer.Option("--version", callback=print_version, is_eager=True, help="Print the version and exit."),

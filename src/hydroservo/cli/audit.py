@@ -2,12 +2,12 @@
 
 from functools import partial
 
-from hydroservo.cli.frame import Answer, answers
-from hydroservo.cli.options import Changes, Plugins, Scenario, loaded
+from hydroservo.cli.frame import CommandOutput, with_output
+from hydroservo.cli.options import Changes, Plugins, Scenario, load_loop
 
 
-@answers()
-def audit(scenario: Scenario, changes: Changes, plugins: Plugins, answer: Answer) -> None:
+@with_output()
+def audit_command(scenario: Scenario, changes: Changes, plugins: Plugins, answer: CommandOutput) -> None:
     """Check what a scenario's law assumes, whether its loop oscillates and why, and predict its chatter.
 
     Each assumption has a margin, the factor by which it holds: bounds on disturbances, the sample rate, the
@@ -22,8 +22,8 @@ def audit(scenario: Scenario, changes: Changes, plugins: Plugins, answer: Answer
     - `hydroservo audit paper/sine-tsmc`
     - `hydroservo audit rig/1khz-tsmc-sine --set valve.time_constant=4ms --out audit`
     """
-    from hydroservo.audits import audit as audited
+    from hydroservo.audits import audit
     from hydroservo.audits.finding import audit_finding
 
-    loop = loaded(scenario, changes, plugins)
-    answer(scenario, lambda _: audited(loop), partial(audit_finding, scenario=scenario))
+    loop = load_loop(scenario, changes, plugins)
+    answer(scenario, lambda _: audit(loop), partial(audit_finding, scenario=scenario))

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.batch_files import ENDINGS, write_batch
-from hydroservo.cli.frame import Answer, answers
+from hydroservo.cli.batch_files import ENDINGS, write_batch_files
+from hydroservo.cli.frame import CommandOutput, with_output
 from hydroservo.cli.options import (
     Changes,
     Plugins,
@@ -17,11 +17,11 @@ from hydroservo.cli.options import (
     Threads,
     Verbose,
     check_one_place,
-    ranges_in,
-    replay,
-    varied,
+    parse_ranges,
+    replay_command,
+    vary_option,
 )
-from hydroservo.cli.remarks import say_sizes
+from hydroservo.cli.remarks import warn_of_sizes
 from hydroservo.runs.results import FORMATS
 
 if TYPE_CHECKING:
@@ -29,35 +29,35 @@ if TYPE_CHECKING:
 
     from hydroservo.cli.progress import Report
     from hydroservo.control.loop import Loop
-    from hydroservo.scenario.parts import Sampled, Workers
+    from hydroservo.scenario.parts import SampledBatch, Workers
     from hydroservo.show import Finding
 
 PICTURED = 10**7  # runs; the columns of more take up memory that a batch in parts does not need otherwise
 LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
 
 
-@answers(
+@with_output(
     f"Write the parameters and metrics of each run ({', '.join(FORMATS)}), or a picture of them (.png, .svg, "
     ".pdf). Into a folder any number of runs go part by part (Parquet), and the same command goes on where "
     "it was stopped; a report goes there too.",
     endings=ENDINGS,
     several=True,
 )
-def batch(
+def batch_command(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
     runs: Annotated[int, typer.Option("--runs", metavar="N", show_default=False, help="How many runs.")],
     ranges: Annotated[
         list[str],
-        varied(
+        vary_option(
             "Draw a number of the scenario, a block's or a datasheet constructor's, evenly between "
             "two values, such as 500..900 MPa, or relative to the value it has, such as -30%..+30% or "
             "x0.5..x2. Of the machine (plant, valve, supply, load) only the truth varies; the controller "
             "goes on believing in the scenario's values."
         ),
     ],
-    answer: Answer,
+    answer: CommandOutput,
     seeds: Annotated[
         bool, typer.Option("--seeds", help="Give each run random numbers of its own, as for sensor noise.")
     ] = False,
@@ -119,8 +119,8 @@ def batch(
     from hydroservo.cli.remarks import log_kernels
     from hydroservo.core.errors import HydroservoError, require
     from hydroservo.scenario import parse_override
-    from hydroservo.scenario.load import assembled
-    from hydroservo.scenario.parts import Sampled
+    from hydroservo.scenario.load import assemble
+    from hydroservo.scenario.parts import SampledBatch
     from hydroservo.scenario.sampling import variations
 
     if not (ranges or seeds):
@@ -129,36 +129,36 @@ def batch(
         require("pyarrow", "parquet", "Parquet")
     check_sizes(runs, seed, answer.folder)
     check_workers(workers, scheduler, answer.folder, cuda)
-    assembly = assembled(scenario, dict(map(parse_override, changes)), plugins)
-    metric = metric_of(assembly.loop, metric, scenario)
-    sampled = Sampled(assembly, variations(assembly, ranges_in(ranges)), seed, seeds, strict, cuda)
-    size = announce(scenario, sampled, runs, answer)
+    assembly = assemble(scenario, dict(map(parse_override, changes)), plugins)
+    metric = chosen_metric(assembly.loop, metric, scenario)
+    sampled = SampledBatch(assembly, variations(assembly, parse_ranges(ranges)), seed, seeds, strict, cuda)
+    size = announce_table_size(scenario, sampled, runs, answer)
 
     def ask(report: "Report") -> "xr.Dataset":
         start = time.monotonic()
         with log_kernels(verbose):
             if answer.folder is None:
-                table, computed = in_memory(sampled, runs, threads, report), runs
+                table, computed = compute_in_memory(sampled, runs, threads, report), runs
             else:
                 who = workers_of(workers, scheduler, threads)
-                table, computed = in_folder(sampled, runs, answer.folder, who, report)
-        say_speed(runs, computed, time.monotonic() - start)
+                table, computed = compute_in_folder(sampled, runs, answer.folder, who, report)
+        print_speed(runs, computed, time.monotonic() - start)
         return table
 
-    say = partial(say_batch, sampled, metric, (scenario, changes, plugins))
-    write = partial(write_batch, answer.files, metric=metric, journal=answer.journal)
-    answer(scenario, ask, say, size=size, others=others_of(answer), write_more=write)
+    say = partial(describe_batch, sampled, metric, (scenario, changes, plugins))
+    write = partial(write_batch_files, answer.files, metric=metric, journal=answer.journal)
+    answer(scenario, ask, say, size=size, others=other_files(answer), write_more=write)
 
 
-def say_batch(
-    sampled: "Sampled", metric: str, given: tuple[str, list[str], list[Path]], table: "xr.Dataset"
+def describe_batch(
+    sampled: "SampledBatch", metric: str, given: tuple[str, list[str], list[Path]], table: "xr.Dataset"
 ) -> "Finding":
     """What a batch says, with the command that runs its most remarkable run alone."""
     from hydroservo.runs.batch_finding import batch_finding
     from hydroservo.scenario.ranges import typed_scales
 
     typed = typed_scales((one.entry, table[one.path].attrs["units"]) for one in sampled.varied)
-    alone = run_alone(sampled, table, metric, given)
+    alone = command_of_remarkable_run(sampled, table, metric, given)
     finding = batch_finding(table, given[0], metric=metric, typed=typed, alone=alone)
     if table.sizes["run"] <= PICTURED:
         return finding
@@ -166,7 +166,7 @@ def say_batch(
     return finding._replace(pictures=[], remarks=[*finding.remarks, remark])
 
 
-def say_speed(runs: int, computed: int, seconds: float) -> None:
+def print_speed(runs: int, computed: int, seconds: float) -> None:
     """How fast runs were computed, on stderr."""
     there = f"; {runs - computed:,} were there before" if computed < runs else ""
     rate = computed / seconds
@@ -175,8 +175,8 @@ def say_speed(runs: int, computed: int, seconds: float) -> None:
     typer.echo(f"hydroservo: {text if computed else 'all runs were there before'}", err=True)
 
 
-def run_alone(
-    sampled: "Sampled", table: "xr.Dataset", metric: str, given: tuple[str, list[str], list[Path]]
+def command_of_remarkable_run(
+    sampled: "SampledBatch", table: "xr.Dataset", metric: str, given: tuple[str, list[str], list[Path]]
 ) -> str:
     """The command that runs alone the run that one would look at first."""
     from hydroservo.runs.batch_finding import remarkable_run
@@ -186,12 +186,14 @@ def run_alone(
     steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
     words = ["hydroservo", "run", scenario, *(["--strict"] if sampled.strict else [])]
     drawn = sampled.drawn(run, 1).changes(0)
-    return replay(words, changes, plugins, steps | drawn)
+    return replay_command(words, changes, plugins, steps | drawn)
 
 
-def in_memory(sampled: "Sampled", runs: int, threads: int | None, report: "Report") -> "xr.Dataset":
+def compute_in_memory(
+    sampled: "SampledBatch", runs: int, threads: int | None, report: "Report"
+) -> "xr.Dataset":
     """The table of a batch."""
-    from hydroservo.cli.progress import paced
+    from hydroservo.cli.progress import progress_with_rate
     from hydroservo.runs.batch import simulate_batch
     from hydroservo.scenario.parts import table_of_runs
 
@@ -202,28 +204,30 @@ def in_memory(sampled: "Sampled", runs: int, threads: int | None, report: "Repor
         strict=sampled.strict,
         threads=threads,
         cuda=sampled.cuda,
-        progress=paced(report, runs),
+        progress=progress_with_rate(report, runs),
     )
     return table_of_runs(found, drawn, sampled.seed, sampled.assembly.arguments)
 
 
-def in_folder(
-    sampled: "Sampled", runs: int, folder: Path, workers: "Workers", report: "Report"
+def compute_in_folder(
+    sampled: "SampledBatch", runs: int, folder: Path, workers: "Workers", report: "Report"
 ) -> "tuple[xr.Dataset, int]":
     """The table of a batch in a folder, and how many of its runs were computed now."""
-    from hydroservo.cli.interrupts import heard
-    from hydroservo.cli.progress import paced
+    from hydroservo.cli.interrupts import acknowledge_interrupt
+    from hydroservo.cli.progress import progress_with_rate
     from hydroservo.scenario.parts import MANIFEST, simulate_in_parts
 
     def say(line: str) -> None:
         typer.echo(f"hydroservo: {line}", err=True)
 
     try:
-        progress = paced(report, runs)
+        progress = progress_with_rate(report, runs)
         return simulate_in_parts(sampled, runs, folder, workers=workers, progress=progress, say=say)
     except KeyboardInterrupt:
         begun = (folder / MANIFEST).exists()
-        heard(f"; what is done is in {folder}, and the same command goes on from there" if begun else "")
+        acknowledge_interrupt(
+            f"; what is done is in {folder}, and the same command goes on from there" if begun else ""
+        )
         raise
 
 
@@ -255,7 +259,7 @@ def check_sizes(runs: int, seed: int, folder: Path | None) -> None:
     check_size(runs, seed, "--", MOST if folder is None else MOST_IN_PARTS)
 
 
-def columns_of(sampled: "Sampled") -> int:
+def count_columns(sampled: "SampledBatch") -> int:
     """How many columns the table of a batch has, about."""
     from hydroservo.control.metrics import declared_metrics, monitors_of
 
@@ -264,7 +268,7 @@ def columns_of(sampled: "Sampled") -> int:
     )
 
 
-def metric_of(loop: "Loop", metric: str | None, scenario: str) -> str:
+def chosen_metric(loop: "Loop", metric: str | None, scenario: str) -> str:
     """The metric that is asked for; of a loop without the usual one, another, with a line that says so."""
     from hydroservo.control.metrics import declared_metrics, default_metric, flags_of, monitors_of
     from hydroservo.core.errors import ParameterError
@@ -284,16 +288,16 @@ def metric_of(loop: "Loop", metric: str | None, scenario: str) -> str:
     return metric
 
 
-def announce(scenario: str, sampled: "Sampled", runs: int, answer: Answer) -> int:
+def announce_table_size(scenario: str, sampled: "SampledBatch", runs: int, answer: CommandOutput) -> int:
     """How much the table of all runs will take [bytes]; a large one, and odd sizes, are said on stderr."""
-    size = 8 * runs * columns_of(sampled)
-    say_sizes(scenario, sampled.assembly.loop)
+    size = 8 * runs * count_columns(sampled)
+    warn_of_sizes(scenario, sampled.assembly.loop)
     if size > LARGE_TABLE and (answer.files or answer.folder is None):
         typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)
     return size
 
 
-def others_of(answer: Answer) -> list[Path]:
+def other_files(answer: CommandOutput) -> list[Path]:
     """The files of a batch besides its report."""
     from hydroservo.scenario.parts import MANIFEST
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydroservo.cli.frame import PICTURE_ENDINGS, Answer, answers
+from hydroservo.cli.frame import PICTURE_ENDINGS, CommandOutput, with_output
 from hydroservo.cli.options import (
     VARY,
     Changes,
@@ -15,11 +15,11 @@ from hydroservo.cli.options import (
     Plugins,
     Scenario,
     list_option,
-    loaded,
-    loaded_aloud,
+    load_loop,
+    load_with_warnings,
     log_columns_of,
-    quantity_of,
-    ranges_in,
+    parse_quantity,
+    parse_ranges,
 )
 from hydroservo.core.errors import ParameterError
 
@@ -32,15 +32,15 @@ if TYPE_CHECKING:
 VALUES = 5  # of a range, evenly
 
 
-class Excitation(StrEnum):
+class ExcitationOption(StrEnum):
     """What a loop is excited with."""
 
     MULTISINE = "multisine"
     CHIRP = "chirp"
 
 
-@answers("Draw it: a .png, .svg or .pdf. Into a folder goes a report too.", PICTURE_ENDINGS)
-def bode(
+@with_output("Draw it: a .png, .svg or .pdf. Into a folder goes a report too.", PICTURE_ENDINGS)
+def bode_command(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
@@ -82,8 +82,8 @@ def bode(
         ),
     ] = "10mV",
     excitation: Annotated[
-        Excitation, typer.Option("--excitation", help="Many tones at once, or one of rising frequency.")
-    ] = Excitation.MULTISINE,
+        ExcitationOption, typer.Option("--excitation", help="Many tones at once, or one of rising frequency.")
+    ] = ExcitationOption.MULTISINE,
     periods: Annotated[int, typer.Option("--periods", help="Periods of the excitation to measure.")] = 2,
     realisations: Annotated[
         int, typer.Option("--realisations", help="Experiments, each with random phases of its own.")
@@ -91,7 +91,7 @@ def bode(
     linear: Annotated[
         bool, typer.Option("--linear", help="Only the linear model, nothing measured.")
     ] = False,
-    answer: Answer,
+    answer: CommandOutput,
 ) -> None:
     """Show a scenario in frequency: its loop open and closed, and its compliance to the load.
 
@@ -110,8 +110,7 @@ def bode(
     - `hydroservo bode rig/1khz-pi-sine --log bench.csv --log warm.csv --out bench`
     """
     from hydroservo.identification.recorded import with_logs
-    from hydroservo.linear.bode import bode as bode_of
-    from hydroservo.linear.bode import bode_over
+    from hydroservo.linear.bode import bode, bode_over
     from hydroservo.linear.bode_finding import bode_finding
     from hydroservo.runs.provenance import origin_of_loop
     from hydroservo.scenario import parse_override
@@ -119,14 +118,14 @@ def bode(
 
     if len(vary) > 1:
         raise ParameterError(VARY, ", ".join(vary), "must be one number: five values of it are a picture")
-    loop = loaded(scenario, changes, plugins)  # first, for commands are read in its unit
+    loop = load_loop(scenario, changes, plugins)  # first, for commands are read in its unit
     point: dict[str, Any] = {
-        "command": quantity_of("--command", command, "V"),
-        "force": quantity_of("--load", force, "N"),
-        "band": band_in(band),
+        "command": parse_quantity("--command", command, "V"),
+        "force": parse_quantity("--load", force, "N"),
+        "band": parse_band(band),
     }
     measured: dict[str, Any] = {
-        "amplitude": quantity_of("--amplitude", amplitude, "V"),
+        "amplitude": parse_quantity("--amplitude", amplitude, "V"),
         "periods": periods,
         "realisations": realisations,
         "excitation": excitation.value,
@@ -135,12 +134,12 @@ def bode(
 
     def ask(report: "Report") -> "xr.Dataset":
         if vary:
-            ((path, entry),) = ranges_in(vary).items()
+            ((path, entry),) = parse_ranges(vary).items()
             given = dict(map(parse_override, changes))
-            loops, unit = loops_over(scenario, path, entry, VALUES, given, plugins, loaded_aloud)
+            loops, unit = loops_over(scenario, path, entry, VALUES, given, plugins, load_with_warnings)
             data = bode_over(loops, path, unit, **point)
         else:
-            data = bode_of(loop, **point, **measured, progress=lambda done: report(done, scenario))
+            data = bode(loop, **point, **measured, progress=lambda done: report(done, scenario))
         return with_logs(data, loop, logs, log_columns_of(scenario, changes, plugins)) if logs else data
 
     def describe(data: "xr.Dataset") -> "Finding":
@@ -150,7 +149,7 @@ def bode(
     answer(scenario, ask, describe)
 
 
-def band_in(text: str | None) -> tuple[float, float] | None:
+def parse_band(text: str | None) -> tuple[float, float] | None:
     """Both ends of ``--band LOW..HIGH`` [Hz]."""
     from hydroservo.core.field import Field
     from hydroservo.scenario.ranges import as_entries, both_ends

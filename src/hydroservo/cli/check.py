@@ -20,7 +20,7 @@ NOTES = "HYPOTHESIS_STORAGE_DIRECTORY"  # in the environment: where hypothesis k
 File = Annotated[Path, typer.Argument(metavar="FILE", help="A Python file, executed as --plugin would.")]
 
 
-def check(file: File, json: Json = False) -> None:
+def check_command(file: File, json: Json = False) -> None:
     """Check that each block in a Python file is what a block must be.
 
     That it has all that belongs to its role, declares its numbers, stays finite, gives the same bits in
@@ -34,13 +34,13 @@ def check(file: File, json: Json = False) -> None:
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.show.numbers import as_json
-    from hydroservo.testing.asking import by_cause
+    from hydroservo.testing.asking import group_by_cause
 
     blocks = blocks_in(file)
-    with no_notes_left(), progress_bar(str(file)) as report:
-        found = list(answers_of(blocks, report))
+    with discard_hypothesis_notes(), progress_bar(str(file)) as report:
+        found = list(ask_blocks(blocks, report))
     wrong = [answer for answer in found if not answer.ok]
-    causes = by_cause(found)
+    causes = group_by_cause(found)
     if json:
         typer.echo(as_json({"file": str(file), "ok": not wrong, "answers": [asdict(one) for one in found]}))
     else:
@@ -48,11 +48,11 @@ def check(file: File, json: Json = False) -> None:
 
         show_answers(str(file), causes)
     if wrong:
-        say_error(f"{file}: {summary(found, sum(not group[0].ok for group in causes))}")
+        say_error(f"{file}: {summarize_answers(found, sum(not group[0].ok for group in causes))}")
         raise typer.Exit(USER_ERROR)
 
 
-def summary(found: "Sequence[Answer]", causes: int) -> str:
+def summarize_answers(found: "Sequence[Answer]", causes: int) -> str:
     """How much is wrong, and what was not asked for that."""
     from hydroservo.testing.questions import QUESTIONS
 
@@ -65,7 +65,7 @@ def summary(found: "Sequence[Answer]", causes: int) -> str:
 
 
 @contextmanager
-def no_notes_left() -> Iterator[None]:
+def discard_hypothesis_notes() -> Iterator[None]:
     """What hypothesis keeps goes into a temporary folder; without that, into one beside the user's files."""
     if NOTES in os.environ:
         yield
@@ -84,10 +84,10 @@ def blocks_in(file: Path) -> Sequence[type]:
     """The classes of a file that say a role or have the methods of one."""
     from hydroservo.core.errors import ScenarioError
     from hydroservo.scenario import load_plugin
-    from hydroservo.scenario.fits import roles_of
+    from hydroservo.scenario.fits import possible_roles
     from hydroservo.scenario.plugins import plugin_other_classes
 
-    found = [cls for cls in load_plugin(file) if roles_of(cls)]
+    found = [cls for cls in load_plugin(file) if possible_roles(cls)]
     if not found:
         others = ", ".join(sorted(plugin_other_classes()))
         problem = (
@@ -98,7 +98,7 @@ def blocks_in(file: Path) -> Sequence[type]:
     return found
 
 
-def answers_of(blocks: Sequence[type], report: Any) -> Iterator["Answer"]:
+def ask_blocks(blocks: Sequence[type], report: Any) -> Iterator["Answer"]:
     """All answers, with their progress."""
     from hydroservo.testing import answers
     from hydroservo.testing.questions import QUESTIONS

@@ -9,12 +9,12 @@ from hydroservo.core.builtin import titles
 
 def scenarios_like(incomplete: str) -> list[str]:
     """Built-in scenarios, and TOML files and folders, whose names begin so."""
-    return [*beginning(titles("scenario"), incomplete), *files_like(incomplete)]
+    return [*names_starting(titles("scenario"), incomplete), *files_like(incomplete)]
 
 
 def studies_like(incomplete: str) -> list[str]:
     """Built-in studies, and TOML files and folders, whose names begin so."""
-    return [*beginning(titles("studies"), incomplete), *files_like(incomplete)]
+    return [*names_starting(titles("studies"), incomplete), *files_like(incomplete)]
 
 
 def types_like(incomplete: str) -> list[str]:
@@ -23,10 +23,10 @@ def types_like(incomplete: str) -> list[str]:
 
     roles = types_by_role()
     types = {name for names in roles.values() for name in names}
-    return sorted(beginning({"simulation", *roles, *types}, incomplete))
+    return sorted(names_starting({"simulation", *roles, *types}, incomplete))
 
 
-def beginning(names: Iterable[str], incomplete: str) -> list[str]:
+def names_starting(names: Iterable[str], incomplete: str) -> list[str]:
     return [name for name in names if name.startswith(incomplete)]
 
 

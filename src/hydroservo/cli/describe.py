@@ -10,7 +10,7 @@ from hydroservo.cli.options import Json, Plugins
 from hydroservo.cli.places import WHERE, file_at
 
 
-def describe(
+def describe_command(
     plugins: Plugins,
     name: Annotated[
         str,
@@ -33,7 +33,7 @@ def describe(
     - `hydroservo describe Cylinder.from_diameters`
     """
     from hydroservo.cli.tables import show_descriptions, show_names, show_titles
-    from hydroservo.scenario.keys import descriptions, role_named, summary, types_by_role
+    from hydroservo.scenario.keys import describe_types, first_sentence, role_named, types_by_role
     from hydroservo.scenario.plugins import load_plugin
     from hydroservo.show.numbers import as_json
 
@@ -43,14 +43,14 @@ def describe(
         types = types_by_role()
         typer.echo(as_json(types)) if json else show_names(types)
     elif of_role := role_named(name):
-        titles = {one: summary(maker) for one, maker in of_role.items()}
+        titles = {one: first_sentence(maker) for one, maker in of_role.items()}
         typer.echo(as_json(titles)) if json else show_titles(titles)
     else:
-        found = descriptions(name)
+        found = describe_types(name)
         typer.echo(as_json([one.as_dict() for one in found])) if json else show_descriptions(found)
 
 
-def schema(
+def schema_command(
     plugins: Plugins,
     out: Annotated[
         Path | None,

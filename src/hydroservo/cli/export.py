@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydroservo.cli.options import Changes, Json, Plugins, Scenario, loaded
+from hydroservo.cli.options import Changes, Json, Plugins, Scenario, load_loop
 from hydroservo.cli.places import WHERE, file_at, folder_at
 from hydroservo.export.compilers import Platform, machine_name
 from hydroservo.export.unit import FmiVersion, Part, Precision
@@ -44,15 +44,15 @@ Prefix = Annotated[
 ]
 
 
-def written_to(parser: Callable[[str], Path], metavar: str, what: str) -> Any:
+def out_option(parser: Callable[[str], Path], metavar: str, what: str) -> Any:
     """The option for the place that an export is written to."""
     text = f"Write {what}. {WHERE}"
     return typer.Option("--out", metavar=metavar, parser=parser, show_default=False, help=text)
 
 
-OutFolder = Annotated[Path, written_to(folder_at, "DIR", "the C to this folder")]
-OutFile = Annotated[Path, written_to(file_at, "FILE.fmu", "the FMU to this file")]
-OutSystem = Annotated[Path, written_to(file_at, "FILE.ssp", "the system to this file")]
+OutFolder = Annotated[Path, out_option(folder_at, "DIR", "the C to this folder")]
+OutFile = Annotated[Path, out_option(file_at, "FILE.fmu", "the FMU to this file")]
+OutSystem = Annotated[Path, out_option(file_at, "FILE.ssp", "the system to this file")]
 Version = Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")]
 Platforms = Annotated[
     list[Platform],
@@ -69,7 +69,7 @@ Platforms = Annotated[
 
 
 @export_app.command("c")
-def c(
+def export_c_command(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
@@ -101,21 +101,21 @@ def c(
     from hydroservo.export.products import export_c, proof_line
     from hydroservo.show.numbers import as_json
 
-    loop = loaded(scenario, changes, plugins)
+    loop = load_loop(scenario, changes, plugins)
     with progress_bar("translating") as report:
         unit, proof, files = export_c(
             loop,
             out,
             part=part,
             prefix=prefix,
-            name=name_of(scenario),
+            name=scenario_title(scenario),
             precision=precision,
             inlined=inline,
             progress=report,
         )
     sizes = memory(unit)
     if json:
-        about = {**identity(scenario, unit), **sizes._asdict(), "proof": proof._asdict()}
+        about = {**export_identity(scenario, unit), **sizes._asdict(), "proof": proof._asdict()}
         typer.echo(as_json({**about, "files": list(map(str, files))}))
         return
     typer.echo(
@@ -128,7 +128,7 @@ def c(
 
 
 @export_app.command("fmu")
-def fmu(
+def export_fmu_command(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
@@ -163,33 +163,33 @@ def fmu(
     from hydroservo.export.products import export_fmu, proof_line
     from hydroservo.show.numbers import as_json
 
-    loop, platforms = loaded(scenario, changes, plugins), platforms_named(platforms)
+    loop, platforms = load_loop(scenario, changes, plugins), platforms_named(platforms)
     with progress_bar("translating") as report:
         unit, proof, _ = export_fmu(
             loop,
             out,
             part=part,
             prefix=prefix,
-            name=name_of(scenario),
+            name=scenario_title(scenario),
             version=version,
             clocked=clocked,
             platforms=platforms,
             progress=report,
         )
     if json:
-        about = {**identity(scenario, unit), "proof": proof._asdict()}
+        about = {**export_identity(scenario, unit), "proof": proof._asdict()}
         written = {"fmi": version, "clocked": clocked, "platforms": platforms, "file": str(out)}
         typer.echo(as_json(about | written))
         return
-    typer.echo(summary(unit, version, clocked))
+    typer.echo(fmu_summary(unit, version, clocked))
     typer.echo(proof_line(proof))
     typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB, for {', '.join(platforms)}")
-    say_untried(platforms)
+    print_untried_platforms(platforms)
     typer.echo(f"next: fmpy validate {shlex.quote(str(out))}")
 
 
 @export_app.command("ssp")
-def ssp(
+def export_ssp_command(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
@@ -213,23 +213,23 @@ def ssp(
     from hydroservo.export.products import export_ssp, proof_line
     from hydroservo.show.numbers import as_json
 
-    loop, platforms = loaded(scenario, changes, plugins), platforms_named(platforms)
+    loop, platforms = load_loop(scenario, changes, plugins), platforms_named(platforms)
     with progress_bar("translating") as report:
         exports = export_ssp(
-            loop, out, name=name_of(scenario), version=version, platforms=platforms, progress=report
+            loop, out, name=scenario_title(scenario), version=version, platforms=platforms, progress=report
         )
     if json:
-        about = [identity(scenario, unit) | {"proof": proof._asdict()} for unit, proof, _ in exports]
+        about = [export_identity(scenario, unit) | {"proof": proof._asdict()} for unit, proof, _ in exports]
         typer.echo(as_json({"units": about, "fmi": version, "platforms": platforms, "file": str(out)}))
         return
     for unit, proof, _ in exports:
         typer.echo(f"{unit.title}: {proof_line(proof)}")
     period, size = exports[0].unit.period, f"{out.stat().st_size / 1024:.0f} KiB"
     typer.echo(f"written: {out}, {size}, FMI {version}, steps of {period:g} s, for {', '.join(platforms)}")
-    say_untried(platforms)
+    print_untried_platforms(platforms)
 
 
-def summary(unit: "Unit", version: FmiVersion, clocked: bool) -> str:
+def fmu_summary(unit: "Unit", version: FmiVersion, clocked: bool) -> str:
     """What an FMU has, and how it is used."""
     from hydroservo.core.formatting import counted
     from hydroservo.export.fmu import variables_of
@@ -242,21 +242,21 @@ def summary(unit: "Unit", version: FmiVersion, clocked: bool) -> str:
     return f"{unit.title}: {', '.join([*counts, parameters])}, FMI {version}, {use}"
 
 
-def say_untried(platforms: "Sequence[Platform]") -> None:
+def print_untried_platforms(platforms: "Sequence[Platform]") -> None:
     """Say of which platforms nothing was run here."""
     others = [one for one in platforms if one != machine_name()]
     if others:
         typer.echo(f"cross compiled, and not run here: the binaries for {', '.join(others)}")
 
 
-def name_of(scenario: str) -> str:
+def scenario_title(scenario: str) -> str:
     """What a scenario is called in titles: its name, or its file's without folder and ending."""
     from hydroservo.scenario import scenarios
 
     return scenario if scenario in scenarios() else Path(scenario).stem
 
 
-def identity(scenario: str, unit: "Unit") -> dict[str, object]:
+def export_identity(scenario: str, unit: "Unit") -> dict[str, object]:
     """What names an export in JSON."""
     return {
         "scenario": scenario,

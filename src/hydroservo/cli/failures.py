@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from hydroservo.cli.interrupts import INTERRUPTED, heard
+from hydroservo.cli.interrupts import INTERRUPTED, acknowledge_interrupt
 from hydroservo.cli.remarks import SAID
 from hydroservo.core.command_scale import commands_in
 from hydroservo.core.errors import (
@@ -41,7 +41,7 @@ class Commands(TyperGroup):
             sys.exit(super().main(args, *others, **{**options, "standalone_mode": False}))
         except UsageError as error:
             if error.format_message():  # if not, help has been shown
-                say_error(misused(error))
+                say_error(usage_problem(error))
             sys.exit(USER_ERROR)
         except OSError as error:  # of --help and --version, which are printed before any command
             say_error(system_problem(error))
@@ -59,7 +59,7 @@ class Commands(TyperGroup):
             say_error(str(error))
             raise typer.Exit(USER_ERROR) from error
         except KeyboardInterrupt as error:
-            heard(running(error))
+            acknowledge_interrupt(interrupted_method(error))
             raise typer.Exit(INTERRUPTED) from error
         except BrokenPipeError as error:
             raise typer.Exit(1) from error  # the reader, such as head, has all it wants
@@ -100,7 +100,7 @@ def check_words(words: Sequence[str]) -> None:
             raise UsageError(f"{word!r} is not {encoding}, as all words must be") from None
 
 
-class Listing(TyperGroup):
+class ListingGroup(TyperGroup):
     """The commands on what has names, which a name alone is taken for."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -114,7 +114,7 @@ class Listing(TyperGroup):
 
 
 @contextmanager
-def naming(scenario: str) -> Iterator[None]:
+def errors_name_scenario(scenario: str) -> Iterator[None]:
     """Errors of a run, whose loop does not know where it is from, name its scenario."""
     try:
         yield
@@ -122,7 +122,7 @@ def naming(scenario: str) -> Iterator[None]:
         raise HydroservoError(f"{scenario}: {error}") from error
 
 
-def running(error: BaseException) -> str:
+def interrupted_method(error: BaseException) -> str:
     """Which method of a block of a user's own was interrupted, for one may never return; none for others."""
     for frame, line in reversed([*walk_tb(error.__traceback__)]):
         kind, code = type(frame.f_locals.get("self")), frame.f_code
@@ -135,7 +135,7 @@ def say_error(message: str) -> None:
     typer.echo(f"hydroservo: {message}", err=True)
 
 
-def misused(error: Any) -> str:
+def usage_problem(error: Any) -> str:
     """What is wrong with the words of a command, and where it is said what they may be."""
     from hydroservo.core.nearest import nearest
 

@@ -38,7 +38,7 @@ Result = TypeVar("Result")
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")
 
 
-def command_typed(context: typer.Context, left_out: Collection[str] = NO_MATTER) -> list[str]:
+def typed_command(context: typer.Context, left_out: Collection[str] = NO_MATTER) -> list[str]:
     """The running command: its start, then each option, quoted for a shell.
 
     Args:
@@ -64,7 +64,7 @@ def command_typed(context: typer.Context, left_out: Collection[str] = NO_MATTER)
 
 def repeat_command(context: typer.Context) -> str:
     """The command that makes a report again, into a folder."""
-    first, *options = command_typed(context, set(NO_MATTER) - set(LOOKS))
+    first, *options = typed_command(context, set(NO_MATTER) - set(LOOKS))
     return " \\\n    ".join([f"{first} --out DIR", *options])
 
 
@@ -85,7 +85,7 @@ class Written(NamedTuple):
             raise self.failure
 
 
-def both(first: Written, second: Written) -> Written:
+def combine_written(first: Written, second: Written) -> Written:
     """What became of two lots of files; of two failures, a defect goes before what could not be written."""
     failures = [one for one in (first.failure, second.failure) if one is not None]
     failures.sort(key=lambda one: isinstance(one, OutputError))
@@ -125,7 +125,7 @@ def write_or_keep(folder: Path | None, write: Callable[[Path], Sequence[Path]]) 
         return Written((), error)
 
 
-class Answer(NamedTuple):
+class CommandOutput(NamedTuple):
     """How a command answers: what its user wants of its finding.
 
     Attributes:
@@ -185,7 +185,7 @@ class Answer(NamedTuple):
                 report(1.0, "writing files")
             left = write_more(result) if write_more else Written()
             finding = describe(result)
-            left = both(left, write_or_keep(folder, lambda place: self.write(place, finding)))
+            left = combine_written(left, write_or_keep(folder, lambda place: self.write(place, finding)))
         for remark in finding.remarks:
             say_warning(name, remark)
         if self.json:
@@ -224,7 +224,7 @@ class Answer(NamedTuple):
         return [file]
 
 
-def answers(
+def with_output(
     about: str = "Write the results to this folder.", endings: Sequence[str] = (), *, several: bool = False
 ) -> Callable[[Callable[..., Any]], Callable[..., None]]:
     """Decorate a command so that the options of its output reach it as one ``answer``.
@@ -256,7 +256,7 @@ def answers(
         @wraps(command)
         def called(**given: Any) -> None:
             wanted = {name: given.pop(name) for name in ("context", *options)}
-            command(**given, answer=answer_of(wanted, endings, several=several))
+            command(**given, answer=output_from(wanted, endings, several=several))
 
         signature = inspect.signature(command, eval_str=True)
         parameters = [
@@ -273,16 +273,18 @@ def answers(
     return framed
 
 
-def answer_of(wanted: Mapping[str, Any], endings: Sequence[str], *, several: bool) -> Answer:
+def output_from(wanted: Mapping[str, Any], endings: Sequence[str], *, several: bool) -> CommandOutput:
     """Build the answer from the values of its options."""
     out = wanted["out"]
-    files, folder = places_of(out if several else [out], endings) if out and endings else ([], out)
+    files, folder = files_and_folder(out if several else [out], endings) if out and endings else ([], out)
     journal = journal_of(wanted["figure_format"], wanted["figure_size"], folder, wanted["decimal_comma"])
     file = files[0] if files and not several else None
-    return Answer(wanted["context"], folder or None, file, files if several else (), journal, wanted["json"])
+    return CommandOutput(
+        wanted["context"], folder or None, file, files if several else (), journal, wanted["json"]
+    )
 
 
-def places_of(texts: Sequence[str], endings: Sequence[str]) -> tuple[list[Path], Path | None]:
+def files_and_folder(texts: Sequence[str], endings: Sequence[str]) -> tuple[list[Path], Path | None]:
     """The files that ``--out`` names, and the folder; None if it names none."""
     folders = [text for text in texts if is_folder(text, endings)]
     files = [Path(text) for text in texts if text not in folders]

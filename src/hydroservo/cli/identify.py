@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.frame import Answer, answers
+from hydroservo.cli.frame import CommandOutput, with_output
 from hydroservo.cli.options import (
     Changes,
     Plugins,
@@ -15,33 +15,33 @@ from hydroservo.cli.options import (
     Threads,
     Verbose,
     list_option,
-    quantity_of,
-    ranges_in,
-    varied,
+    parse_quantity,
+    parse_ranges,
+    vary_option,
 )
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
     from hydroservo.identification import Identified
     from hydroservo.identification.further import Further
-    from hydroservo.scenario.tables import Entry
+    from hydroservo.scenario.tables import TableEntry
 
-    Ranges = Mapping[str, Entry]
+    Ranges = Mapping[str, TableEntry]
     Changed = Mapping[str, object]
 
 FORM, HORIZON, LIMIT = "--form", "--horizon", "--limit"
 DOES_NOT_FIT = 3  # exit status
 
 
-class Form(StrEnum):
+class ComparisonForm(StrEnum):
     """What is held against what was measured."""
 
     SIMULATION = "simulation"
     ONE_STEP = "one-step"
 
 
-@answers()
-def identify(
+@with_output()
+def identify_command(
     *,
     scenario: Scenario,
     logs: Annotated[
@@ -54,7 +54,7 @@ def identify(
     plugins: Plugins,
     ranges: Annotated[
         list[str],
-        varied(
+        vary_option(
             "Seek a number of the machine between two values, such as 5000..15000 bar, or relative to "
             "that of the scenario, such as -50%..+100% or x0.5..x2; or the delay of each log, such as "
             "delay=0..3s."
@@ -69,13 +69,13 @@ def identify(
         ),
     ],
     form: Annotated[
-        Form,
+        ComparisonForm,
         typer.Option(
             FORM,
             help="Hold against the log a simulation of all of it, or predictions of each sample from those "
             "before, where a load or a drift acts that no one recorded.",
         ),
-    ] = Form.SIMULATION,
+    ] = ComparisonForm.SIMULATION,
     horizon: Annotated[
         str | None,
         typer.Option(
@@ -106,7 +106,7 @@ def identify(
         int,
         typer.Option("--seed", metavar="S", help="Seed of the search's starts, a whole number >= 0."),
     ] = 0,
-    answer: Answer,
+    answer: CommandOutput,
     threads: Threads = None,
     verbose: Verbose = False,
 ) -> None:
@@ -133,18 +133,18 @@ def identify(
     from hydroservo.cli.remarks import log_kernels
     from hydroservo.core.errors import HydroservoError
     from hydroservo.core.outputs import write_text
-    from hydroservo.identification import compare
-    from hydroservo.identification import propose as proposed
+    from hydroservo.identification import compare, propose
     from hydroservo.identification.finding import identified_finding
     from hydroservo.identification.further import Further, typed_units
     from hydroservo.identification.identified import identified
+    from hydroservo.identification.proposal import propose as propose_log
     from hydroservo.scenario import parse_override
     from hydroservo.work.cores import checked_count
 
-    overrides, sought = dict(map(parse_override, changes)), ranges_in(ranges)
-    bounds, memory = limits_in(limits, propose), horizon_of(form, horizon)
+    overrides, sought = dict(map(parse_override, changes)), parse_ranges(ranges)
+    bounds, memory = parse_limits(limits, propose), parse_horizon(form, horizon)
     count = checked_count(threads, "--threads")
-    shared = others_own(against, sought, overrides, plugins) if against is not None else ({}, {})
+    shared = settings_of_other(against, sought, overrides, plugins) if against is not None else ({}, {})
 
     def fit(name: str, ranges: "Ranges", changes: "Changed", report: "Report") -> "Identified":
         return identified(
@@ -160,7 +160,9 @@ def identify(
                 further = further._replace(other=other, comparison=compare(first, other))
             if propose:
                 what = "the command to propose"
-                proposal = proposed(first, limits=bounds, seed=seed, progress=lambda done: report(done, what))
+                proposal = propose_log(
+                    first, limits=bounds, seed=seed, progress=lambda done: report(done, what)
+                )
                 write_text(propose, answer.journal.csv(proposal.csv()))
                 further = further._replace(proposal=proposal)
         except HydroservoError as error:
@@ -173,20 +175,20 @@ def identify(
     raise further.failure or typer.Exit(0 if first.fits else DOES_NOT_FIT)
 
 
-def horizon_of(form: Form, text: str | None) -> float | None:
+def parse_horizon(form: ComparisonForm, text: str | None) -> float | None:
     """The time in which predictions forget; None for a simulation."""
     from hydroservo.core.errors import ParameterError
     from hydroservo.identification.one_step import USUAL
 
-    if form == Form.SIMULATION:
+    if form == ComparisonForm.SIMULATION:
         if text is not None:
             raise ParameterError(HORIZON, text, f"is of {FORM} one-step; a simulation has none")
         return None
-    given = quantity_of(HORIZON, text, "s")
+    given = parse_quantity(HORIZON, text, "s")
     return USUAL if given is None else given
 
 
-def limits_in(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[float, float]]:
+def parse_limits(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[float, float]]:
     """The limits of a proposal by signal, in SI units."""
     from hydroservo.core.errors import ParameterError, ScenarioError
     from hydroservo.core.nearest import one_of
@@ -196,23 +198,23 @@ def limits_in(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[flo
     if texts and propose is None:
         raise ParameterError(LIMIT, texts[0], "applies to a proposed command; add --propose FILE.csv")
     found = {}
-    for name, entry in ranges_in(texts, LIMIT).items():
+    for name, entry in parse_ranges(texts, LIMIT).items():
         if name not in (COMMAND, *OUTPUTS):
             raise ScenarioError(LIMIT, name, f"is not a signal; it {one_of(name, (COMMAND, *OUTPUTS))}")
         found[name] = both_ends(entry, SIGNALS[name], None)
     return found
 
 
-def others_own(
+def settings_of_other(
     scenario: str, ranges: "Ranges", changes: "Changed", plugins: Sequence[Path]
-) -> "tuple[dict[str, Entry], dict[str, object]]":
+) -> "tuple[dict[str, TableEntry], dict[str, object]]":
     """Those of some ranges, and of some changes, whose numbers another scenario has."""
     from hydroservo.core.block import leaves
     from hydroservo.identification.problem import DELAY
-    from hydroservo.scenario.load import assembled
+    from hydroservo.scenario.load import assemble
 
-    other = assembled(scenario, {}, plugins)
+    other = assemble(scenario, {}, plugins)
     known = {DELAY, *other.arguments, *(path for path, _ in leaves(other.loop))}
     changed = {path: value for path, value in changes.items() if path in known}
-    assembled(scenario, changed, plugins)
+    assemble(scenario, changed, plugins)
     return {path: entry for path, entry in ranges.items() if path in known}, changed

@@ -25,25 +25,25 @@ REPEATS = hasattr(signal, "setitimer")  # not on Windows
 
 def end_on_interrupt() -> None:
     """From now on, end at once on an interrupt, as is right while there is nothing to put in order."""
-    if not ignored():
+    if not is_ignored():
         signal.signal(signal.SIGINT, lambda _number, _frame: leave())
 
 
 def repeat_interrupts() -> None:
-    """From now on, repeat an interrupt until :func:`heard` is called, and say nothing of those dropped."""
-    sys.unraisablehook = dropped
+    """From now on, repeat an interrupt until it is acknowledged, and say nothing of those dropped."""
+    sys.unraisablehook = silence_dropped_interrupt
     if not REPEATS:
-        if not ignored():
+        if not is_ignored():
             signal.signal(signal.SIGINT, signal.default_int_handler)
         return
-    signal.signal(signal.SIGALRM, interrupt)
+    signal.signal(signal.SIGALRM, raise_interrupt)
     for number in ENDINGS:
-        if not ignored(number):
-            signal.signal(number, interrupt)
+        if not is_ignored(number):
+            signal.signal(number, raise_interrupt)
     leave_what_does_not_answer()
 
 
-def ignored(number: int = signal.SIGINT) -> bool:
+def is_ignored(number: int = signal.SIGINT) -> bool:
     """Whether this process was started with a signal ignored, as in the background of a script."""
     return signal.getsignal(number) is signal.SIG_IGN
 
@@ -52,14 +52,14 @@ def ignore_interrupts() -> None:
     """From now on, let nothing break off the end of the process: all is done."""
     for number in ENDINGS:
         signal.signal(number, signal.SIG_IGN)
-    heard()
+    acknowledge_interrupt()
 
 
 CAUGHT: list[int] = []  # the signals that are to end this process
 ANSWERS: list[str] = []  # what is to be said of an interrupt that was acted on
 
 
-def heard(where: str = "") -> None:
+def acknowledge_interrupt(where: str = "") -> None:
     """Stop repeating the interrupt: it has been acted on.
 
     Args:
@@ -70,7 +70,7 @@ def heard(where: str = "") -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
-def interrupt(number: int, _frame: "Any") -> "NoReturn":
+def raise_interrupt(number: int, _frame: "Any") -> "NoReturn":
     CAUGHT.extend({number} & ENDINGS.keys())
     signal.setitimer(signal.ITIMER_REAL, PAUSE)  # a timer of the system: a thread could wait for itself here
     raise KeyboardInterrupt
@@ -86,20 +86,22 @@ def leave_what_does_not_answer() -> None:
     read, write = os.pipe()
     os.set_blocking(write, False)
     signal.set_wakeup_fd(write, warn_on_full_buffer=False)
-    threading.Thread(target=watch, args=(read,), daemon=True).start()
+    threading.Thread(target=watch_for_answer, args=(read,), daemon=True).start()
 
 
-def watch(pipe: int) -> None:
+def watch_for_answer(pipe: int) -> None:
     """Wait for an interrupt, and then for the answer."""
     while (number := os.read(pipe, 1)[0]) not in ENDINGS:
         pass
     sleep(PATIENCE)
     if not ANSWERS:
         CAUGHT.append(number)
-        end(f"; what was computed did not stop within {PATIENCE:g} s, as a while without end does not")
+        end_process(
+            f"; what was computed did not stop within {PATIENCE:g} s, as a while without end does not"
+        )
 
 
-def dropped(exception: "Any") -> None:
+def silence_dropped_interrupt(exception: "Any") -> None:
     if not issubclass(exception.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(exception)
 
@@ -108,10 +110,10 @@ def leave() -> "NoReturn":
     """End at once: Python may crash as it closes an interrupted compiler, and nothing is left to do."""
     where = "".join(ANSWERS[:1])
     ignore_interrupts()
-    end(where)
+    end_process(where)
 
 
-def end(why: str) -> "NoReturn":
+def end_process(why: str) -> "NoReturn":
     """End the process, from any thread.
 
     Args:

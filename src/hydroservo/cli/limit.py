@@ -2,12 +2,12 @@
 
 from functools import partial
 
-from hydroservo.cli.frame import Answer, answers
-from hydroservo.cli.options import Changes, Plugins, Scenario, loaded
+from hydroservo.cli.frame import CommandOutput, with_output
+from hydroservo.cli.options import Changes, Plugins, Scenario, load_loop
 
 
-@answers()
-def limit(scenario: Scenario, changes: Changes, plugins: Plugins, answer: Answer) -> None:
+@with_output()
+def limit_command(scenario: Scenario, changes: Changes, plugins: Plugins, answer: CommandOutput) -> None:
     """Show how close a scenario's law comes to the best that any command could do.
 
     The commands with the least rms error are found by optimal control of the same machine, at the same
@@ -22,14 +22,14 @@ def limit(scenario: Scenario, changes: Changes, plugins: Plugins, answer: Answer
     - `hydroservo limit rig/1khz-pi-square`
     - `hydroservo limit rig/1khz-pi-square --set valve.time_constant='5 ms' --out limit`
     """
-    from hydroservo.limits import limit as limit_of
+    from hydroservo.limits import limit
     from hydroservo.limits.finding import MEANINGS, limits_finding
     from hydroservo.runs.run import trace_size
 
-    loop = loaded(scenario, changes, plugins)
+    loop = load_loop(scenario, changes, plugins)
     answer(
         scenario,
-        lambda report: limit_of(loop, progress=lambda fraction: report(fraction, scenario)),
+        lambda report: limit(loop, progress=lambda fraction: report(fraction, scenario)),
         partial(limits_finding, scenario=scenario),
         size=len(MEANINGS) * trace_size(loop) if answer.folder else 0,
     )

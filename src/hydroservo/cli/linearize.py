@@ -5,15 +5,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.frame import Answer, answers
-from hydroservo.cli.options import Changes, CommandAt, Force, Plugins, Scenario, loaded, quantity_of
+from hydroservo.cli.frame import CommandOutput, with_output
+from hydroservo.cli.options import Changes, CommandAt, Force, Plugins, Scenario, load_loop, parse_quantity
 
 if TYPE_CHECKING:
     from hydroservo.linear import Linearization
     from hydroservo.linear.textbook import Textbook
 
 
-class Unit(StrEnum):
+class LinearizedPart(StrEnum):
     """What of a loop is linearised."""
 
     MACHINE = "machine"
@@ -21,13 +21,15 @@ class Unit(StrEnum):
     LOOP = "loop"
 
 
-@answers()
-def linearize(
+@with_output()
+def linearize_command(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
     *,
-    unit: Annotated[Unit, typer.Option("--unit", help="What to linearise.")] = Unit.MACHINE,
+    unit: Annotated[
+        LinearizedPart, typer.Option("--unit", help="What to linearise.")
+    ] = LinearizedPart.MACHINE,
     command: CommandAt = None,
     force: Force = None,
     at: Annotated[
@@ -42,7 +44,7 @@ def linearize(
             "--sampled", help="The machine from sample to sample, behind the loop's hold and delay."
         ),
     ] = False,
-    answer: Answer,
+    answer: CommandOutput,
 ) -> None:
     """Linearise a scenario's machine, its controller or the whole loop, about a point.
 
@@ -62,13 +64,13 @@ def linearize(
     from hydroservo.linear.linearize import linearized, point_of
     from hydroservo.linear.textbook import textbook
 
-    loop = loaded(scenario, changes, plugins)
-    at_command, at_force = quantity_of("--command", command, "V"), quantity_of("--load", force, "N")
-    time = quantity_of("--at", at, "s")
+    loop = load_loop(scenario, changes, plugins)
+    at_command, at_force = parse_quantity("--command", command, "V"), parse_quantity("--load", force, "N")
+    time = parse_quantity("--at", at, "s")
 
     def ask(_: object) -> "tuple[Linearization, Textbook | None]":
         point = point_of(loop, unit.value, at_command, at_force, time)
         model = linearized(point, unit.value, sampled=sampled)._replace(loop=loop)
-        return model, textbook(point) if unit is Unit.MACHINE else None
+        return model, textbook(point) if unit is LinearizedPart.MACHINE else None
 
     answer(scenario, ask, lambda found: linearization_finding(found[0], scenario, found[1]))

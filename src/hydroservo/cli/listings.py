@@ -6,15 +6,15 @@ from typing import Annotated
 import typer
 
 from hydroservo.cli.completion import scenarios_like, studies_like
-from hydroservo.cli.failures import Listing
+from hydroservo.cli.failures import ListingGroup
 from hydroservo.core.builtin import titles
 
-scenarios_app = typer.Typer(cls=Listing, rich_markup_mode="markdown")
-studies_app = typer.Typer(cls=Listing, rich_markup_mode="markdown")
+scenarios_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
+studies_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
 
 
 @scenarios_app.callback(invoke_without_command=True)
-def scenarios(context: typer.Context) -> None:
+def list_scenarios(context: typer.Context) -> None:
     """List the built-in scenarios, or show one."""
     from hydroservo.cli.tables import show_titles
 
@@ -44,7 +44,7 @@ def show_source(
 
 
 @studies_app.callback(invoke_without_command=True)
-def studies(context: typer.Context) -> None:
+def list_studies(context: typer.Context) -> None:
     """List the built-in studies, or show one."""
     from hydroservo.cli.tables import show_titles
 

@@ -6,18 +6,18 @@ from typing import Annotated
 
 import typer
 
-from hydroservo.cli.frame import PICTURE_ENDINGS, Answer, answers
+from hydroservo.cli.frame import PICTURE_ENDINGS, CommandOutput, with_output
 from hydroservo.cli.options import Changes, LogScenario, Plugins, log_columns_of
 
 
-@answers("Draw it: a .png, .svg or .pdf. Into a folder goes a report too.", endings=PICTURE_ENDINGS)
-def log(
+@with_output("Draw it: a .png, .svg or .pdf. Into a folder goes a report too.", endings=PICTURE_ENDINGS)
+def log_command(
     file: Annotated[
         Path, typer.Argument(metavar="LOG", help="A CSV, Parquet, MAT, NetCDF, HDF5, MDF or TDMS file.")
     ],
     changes: Changes,
     plugins: Plugins,
-    answer: Answer,
+    answer: CommandOutput,
     scenario: LogScenario = None,
 ) -> None:
     """Show how a log is understood: its signals, their units and ranges, its rate and its gaps.

@@ -6,12 +6,12 @@ from typing import Annotated
 
 import typer
 
-from hydroservo.cli.frame import Answer, answers
+from hydroservo.cli.frame import CommandOutput, with_output
 from hydroservo.cli.options import Changes, LogScenario, Plugins
 
 
-@answers()
-def map_logs(
+@with_output()
+def map_command(
     kind: Annotated[
         str, typer.Argument(metavar="KIND", help="`valve-flow`, `pressure-gain`, `friction` or `decay`.")
     ],
@@ -23,7 +23,7 @@ def map_logs(
     ],
     changes: Changes,
     plugins: Plugins,
-    answer: Answer,
+    answer: CommandOutput,
     scenario: LogScenario = None,
 ) -> None:
     """Measure a static map of a machine from logs of it, with 95 % intervals.
@@ -39,13 +39,13 @@ def map_logs(
 
     - `hydroservo map friction bench.csv --scenario my.toml --out friction`
     """
-    from hydroservo.identification.maps import map_logs as map_of
+    from hydroservo.identification.maps import map_logs
     from hydroservo.identification.maps.finding import map_finding
     from hydroservo.scenario import parse_override
 
     overrides = dict(map(parse_override, changes))
     answer(
         ", ".join(map(str, logs)),
-        lambda _: map_of(kind, logs, scenario, changes=overrides, plugins=plugins),
+        lambda _: map_logs(kind, logs, scenario, changes=overrides, plugins=plugins),
         partial(map_finding, logs=logs),
     )

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydroservo.cli.completion import scenarios_like
-from hydroservo.cli.remarks import say_sizes, say_warning
+from hydroservo.cli.remarks import say_warning, warn_of_sizes
 from hydroservo.core.errors import HydroservoError, HydroservoWarning
 from hydroservo.show.journal import FIGURE_FORMATS, Size
 
 if TYPE_CHECKING:
     from hydroservo.control.loop import Loop
-    from hydroservo.scenario.tables import Entry
+    from hydroservo.scenario.tables import TableEntry
 
 VARY = "--vary"
 LONGEST = 4096  # characters of one option
@@ -45,7 +45,7 @@ LogScenario = Annotated[
         "`[identify.columns]` which column of a log holds which signal.",
     ),
 ]
-Several = Annotated[
+Scenarios = Annotated[
     list[str],
     typer.Argument(
         metavar="SCENARIO",
@@ -129,12 +129,12 @@ Force = Annotated[
 ]
 
 
-def varied(help_text: str) -> Any:
+def vary_option(help_text: str) -> Any:
     """The option that gives numbers ranges, in the words of a command."""
     return list_option(VARY, "PATH=LOW..HIGH", help_text)
 
 
-def quantity_of(option: str, text: str | None, unit: str) -> float | None:
+def parse_quantity(option: str, text: str | None, unit: str) -> float | None:
     """The number in an SI unit that an option says, with its unit or in SI; None where it is not given."""
     from hydroservo.core.errors import ParameterError
     from hydroservo.scenario.quantities import si_value
@@ -154,19 +154,19 @@ def quantity_of(option: str, text: str | None, unit: str) -> float | None:
 def log_columns_of(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> dict[str, Any]:
     """Which column of a log holds which signal, as a scenario says."""
     from hydroservo.identification.log import log_mapping
-    from hydroservo.scenario import assembled, parse_override
+    from hydroservo.scenario import assemble, parse_override
 
-    return log_mapping(assembled(scenario, dict(map(parse_override, changes)), plugins).log_columns)
+    return log_mapping(assemble(scenario, dict(map(parse_override, changes)), plugins).log_columns)
 
 
-def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Loop":
+def load_loop(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Loop":
     """The loop of a scenario with what ``--set`` changes in it; what its files warn of is said on stderr."""
     from hydroservo.scenario import parse_override
 
-    return loaded_aloud(scenario, dict(map(parse_override, changes)), plugins)
+    return load_with_warnings(scenario, dict(map(parse_override, changes)), plugins)
 
 
-def loaded_aloud(
+def load_with_warnings(
     scenario: str | Path, changes: Mapping[str, object], plugins: Sequence[str | Path]
 ) -> "Loop":
     """What :func:`~hydroservo.load_scenario` returns; what its files warn of is said on stderr.
@@ -181,7 +181,7 @@ def loaded_aloud(
     ours = [str(one.message) for one in said if one.category is HydroservoWarning]
     for text in ours:
         say_warning(str(scenario), text)
-    say_sizes(str(scenario), loop)
+    warn_of_sizes(str(scenario), loop)
     for one in said:
         if one.category is not HydroservoWarning:  # of a plug-in, or of a library
             warnings.showwarning(one.message, one.category, one.filename, one.lineno)
@@ -196,7 +196,7 @@ def check_one_place(workers: int | None, scheduler: str | None) -> None:
         )
 
 
-def ranges_in(texts: Sequence[str], option: str = VARY) -> "dict[str, Entry]":
+def parse_ranges(texts: Sequence[str], option: str = VARY) -> "dict[str, TableEntry]":
     """The texts LOW..HIGH of ``--vary PATH=LOW..HIGH`` by path, each path once.
 
     Args:
@@ -218,7 +218,7 @@ def ranges_in(texts: Sequence[str], option: str = VARY) -> "dict[str, Entry]":
     return as_entries(found, option)
 
 
-def replay(
+def replay_command(
     command: Sequence[str], changes: Sequence[str], plugins: Sequence[Path], settings: Mapping[str, float]
 ) -> str:
     """A command with more changes than were given, to be typed in a shell.

@@ -4,10 +4,10 @@ from typing import Annotated
 
 import typer
 
-from hydroservo.cli.options import Changes, Plugins, loaded
+from hydroservo.cli.options import Changes, Plugins, load_loop
 
 
-def page(
+def app_command(
     changes: Changes,
     plugins: Plugins,
     scenario: Annotated[
@@ -16,7 +16,9 @@ def page(
     ] = "axis/position",
     port: Annotated[
         int | None,
-        typer.Option("--port", metavar="PORT", help="Port of the page; 0 for any free one. Default: 8642."),
+        typer.Option(
+            "--port", metavar="PORT", help="Port of the app_command; 0 for any free one. Default: 8642."
+        ),
     ] = None,
     host: Annotated[
         str,
@@ -28,7 +30,7 @@ def page(
         ),
     ] = "127.0.0.1",
     browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+        bool, typer.Option("--browser/--no-browser", help="Open the app_command in the browser.")
     ] = True,
 ) -> None:
     """Open a local web page for a scenario: change a number, and see what follows.
@@ -45,9 +47,9 @@ def page(
     """
     from hydroservo.app import Address, serve
 
-    loaded(scenario, changes, plugins)  # what is wrong with it is said here and now
-    serve(scenario, changes, plugins, Address(host, port), browser, say_address)
+    load_loop(scenario, changes, plugins)  # what is wrong with it is said here and now
+    serve(scenario, changes, plugins, Address(host, port), browser, print_address)
 
 
-def say_address(address: str) -> None:
+def print_address(address: str) -> None:
     typer.echo(f"{address}\nCtrl-C ends it")

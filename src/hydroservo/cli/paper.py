@@ -8,7 +8,7 @@ import typer
 from hydroservo.cli.places import WHERE, folder_at
 
 
-def paper(
+def paper_command(
     out: Annotated[
         Path,
         typer.Option(

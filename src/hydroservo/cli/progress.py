@@ -22,7 +22,7 @@ def progress_bar(what: str) -> Iterator[Report]:
     minutes.
     """
     if not sys.stderr.isatty():
-        yield lines_now_and_then()
+        yield occasional_lines()
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
@@ -42,7 +42,7 @@ def progress_bar(what: str) -> Iterator[Report]:
         bar.stop()
 
 
-def lines_now_and_then() -> Report:
+def occasional_lines() -> Report:
     """Reports progress in a line for about each doubling of the time that it takes."""
     pause = FIRST_LINE
     due = time.monotonic() + pause
@@ -58,7 +58,7 @@ def lines_now_and_then() -> Report:
     return report
 
 
-def paced(report: Report, count: int, what: str = "runs") -> Callable[[float], None]:
+def progress_with_rate(report: Report, count: int, what: str = "runs") -> Callable[[float], None]:
     """Reports how many of something are done, how many a second, and how long the others will take.
 
     Args:

@@ -15,7 +15,7 @@ SAID: set[str] = set()  # warnings of this command
 LOG = logging.getLogger("hydroservo.engine")
 
 
-def say_sizes(scenario: str, loop: "Loop") -> None:
+def warn_of_sizes(scenario: str, loop: "Loop") -> None:
     """A size that no machine has, before a run of it that may take long, on stderr."""
     from hydroservo.runs.cautions.sizes import size_cautions
 
@@ -31,7 +31,7 @@ def say_warning(name: str, text: str) -> None:
         typer.echo(line, err=True)
 
 
-class Lines(logging.Handler):
+class LogCollector(logging.Handler):
     """Keeps what is logged, for there may be a progress bar on stderr."""
 
     def __init__(self) -> None:
@@ -48,7 +48,7 @@ def log_kernels(wanted: bool) -> Iterator[None]:
     if not wanted:
         yield
         return
-    lines = Lines()
+    lines = LogCollector()
     LOG.addHandler(lines)
     LOG.setLevel(logging.INFO)
     try:

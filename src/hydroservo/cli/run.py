@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.failures import naming
-from hydroservo.cli.frame import Answer, answers
-from hydroservo.cli.options import Changes, Plugins, Scenario, Several, Strict, Verbose, loaded
+from hydroservo.cli.failures import errors_name_scenario
+from hydroservo.cli.frame import CommandOutput, with_output
+from hydroservo.cli.options import Changes, Plugins, Scenario, Scenarios, Strict, Verbose, load_loop
 from hydroservo.core.errors import require
 from hydroservo.runs.results import Format
 
@@ -24,12 +24,12 @@ NOTHING: tuple[str, ...] = ()  # no trajectory is kept where nothing will be wri
 LARGE_TRACE = 2**28  # bytes; a larger trajectory is announced before the run
 
 
-@answers()
-def run(
+@with_output()
+def run_command(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
-    answer: Answer,
+    answer: CommandOutput,
     form: Annotated[
         Format, typer.Option("--format", help="Format of the trajectory that goes into --out.")
     ] = Format.CSV,
@@ -59,24 +59,24 @@ def run(
 
     if answer.folder and form is Format.PARQUET:
         require("pyarrow", "parquet", "Parquet")
-    loop = loaded(scenario, changes, plugins)
-    size = size_of([(scenario, loop)]) if answer.folder else 0
+    loop = load_loop(scenario, changes, plugins)
+    size = trace_memory([(scenario, loop)]) if answer.folder else 0
     mode = Mode(compiled=not interpreted, strict=strict)
 
     def ask(report: "Report") -> "Trace":
-        with log_kernels(verbose), naming(scenario):
+        with log_kernels(verbose), errors_name_scenario(scenario):
             record = None if answer.folder else NOTHING
             return traced(loop, record, mode, progress=lambda fraction: report(fraction, scenario))
 
     answer(scenario, ask, partial(run_finding, scenario=scenario, ending=form.ending), size=size)
 
 
-@answers()
-def compare(
-    scenarios: Several,
+@with_output()
+def compare_command(
+    scenarios: Scenarios,
     changes: Changes,
     plugins: Plugins,
-    answer: Answer,
+    answer: CommandOutput,
     strict: Strict = False,
     verbose: Verbose = False,
 ) -> None:
@@ -97,17 +97,17 @@ def compare(
     from hydroservo.runs.comparison_finding import comparison_finding
     from hydroservo.runs.run import simulate
 
-    loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
+    loops = [load_loop(scenario, changes, plugins) for scenario in scenarios]
     check_one_signal("scenarios", [loop.controls.declared().meaning for loop in loops])
-    size = size_of([*zip(scenarios, loops, strict=True)]) if answer.folder else 0
+    size = trace_memory([*zip(scenarios, loops, strict=True)]) if answer.folder else 0
 
     def ask(report: "Report") -> "list[xr.Dataset]":
         runs = []
         with log_kernels(verbose):
             for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
-                progress = part(report, i, len(loops), scenario)
+                progress = progress_of_part(report, i, len(loops), scenario)
                 record = None if answer.folder else NOTHING
-                with naming(scenario):
+                with errors_name_scenario(scenario):
                     runs.append(simulate(loop, record=record, strict=strict, progress=progress))
         return runs
 
@@ -115,13 +115,13 @@ def compare(
     answer("", ask, say, size=size)
 
 
-def size_of(loops: "Sequence[tuple[str, Loop]]") -> int:
+def trace_memory(loops: "Sequence[tuple[str, Loop]]") -> int:
     """How much memory the trajectories of scenarios will take [bytes]; a large one is said on stderr."""
     from hydroservo.runs.run import trace_size
 
     size = 0
     for scenario, loop in loops:
-        with naming(scenario):
+        with errors_name_scenario(scenario):
             size += trace_size(loop)
     if size > LARGE_TRACE:
         several = "trajectory" if len(loops) == 1 else "trajectories"
@@ -129,7 +129,7 @@ def size_of(loops: "Sequence[tuple[str, Loop]]") -> int:
     return size
 
 
-def part(report: "Report", i: int, count: int, what: str) -> Callable[[float], None]:
+def progress_of_part(report: "Report", i: int, count: int, what: str) -> Callable[[float], None]:
     """Reports the progress of one of several runs as that of the whole."""
     return lambda fraction: report((i + fraction) / count, what)
 

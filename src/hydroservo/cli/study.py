@@ -10,13 +10,13 @@ from hydroservo.cli.options import DecimalComma, FigureFormat, Json, Plugins, ch
 from hydroservo.cli.places import WHERE, folder_at
 
 
-def study(
+def study_command(
     context: typer.Context,
     file: Annotated[
         str,
         typer.Argument(
             metavar="STUDY",
-            help="A study's file (TOML), or the name of a built-in one.",
+            help="A study_command's file (TOML), or the name of a built-in one.",
             autocompletion=studies_like,
         ),
     ],
@@ -27,7 +27,7 @@ def study(
             metavar="DIR",
             parser=folder_at,
             show_default=False,
-            help=f"The folder of the study; what is done there already is not done again. {WHERE}",
+            help=f"The folder of the study_command; what is done there already is not done again. {WHERE}",
         ),
     ],
     changes: Annotated[
@@ -35,7 +35,7 @@ def study(
         list_option(
             "--set",
             "a.b=VALUE",
-            "Change one entry of the study: `search.candidates=512`, `conditions.test=50`.",
+            "Change one entry of the study_command: `search.candidates=512`, `conditions.test=50`.",
         ),
     ],
     plugins: Plugins,
@@ -72,7 +72,7 @@ def study(
     - `hydroservo study my-study.toml --out my-study --set search.candidates=512 --json`
     """
     from hydroservo.cli.frame import repeat_command, try_outputs
-    from hydroservo.cli.interrupts import heard
+    from hydroservo.cli.interrupts import acknowledge_interrupt
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.remarks import say_warning
     from hydroservo.scenario import parse_override
@@ -81,15 +81,14 @@ def study(
     from hydroservo.show.terminal import show_finding
     from hydroservo.studies.report.finding import study_finding
     from hydroservo.studies.report.folder import report_files, write_report
-    from hydroservo.studies.running import MANIFEST
-    from hydroservo.studies.running import study as run
+    from hydroservo.studies.running import MANIFEST, study
 
     check_one_place(workers, scheduler)
     journal = journal_of(figure_format, None, out, decimal_comma)
     try_outputs([out / MANIFEST, *report_files(out)])
     with progress_bar("reading the study") as report:
         try:
-            found = run(
+            found = study(
                 file,
                 out,
                 changes=dict(map(parse_override, changes)),
@@ -100,7 +99,7 @@ def study(
                 say=lambda text: say_warning(file, text),
             )
         except KeyboardInterrupt:
-            heard(f"; what is done is in {out}, and the same command goes on from there")
+            acknowledge_interrupt(f"; what is done is in {out}, and the same command goes on from there")
             raise
         report(1.0, "drawing")
         page = write_report(

@@ -9,45 +9,45 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.frame import Answer, answers, command_typed
+from hydroservo.cli.frame import CommandOutput, typed_command, with_output
 from hydroservo.cli.options import (
     VARY,
     Changes,
     Plugins,
-    Several,
+    Scenarios,
     Threads,
     Verbose,
-    loaded_aloud,
-    ranges_in,
-    replay,
-    varied,
+    load_with_warnings,
+    parse_ranges,
+    replay_command,
+    vary_option,
 )
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
     from hydroservo.runs.tuned import Tuned
     from hydroservo.runs.tuning import Progress
-    from hydroservo.scenario.task import Task
+    from hydroservo.scenario.task import TuningTask
     from hydroservo.show import Finding
 
 
-@answers(
+@with_output(
     "Write the values found as TOML tables to paste into a scenario (.toml); into a folder a report too.",
     endings=(".toml",),
 )
-def tune(
-    scenarios: Several,
+def tune_command(
+    scenarios: Scenarios,
     changes: Changes,
     plugins: Plugins,
     ranges: Annotated[
         list[str],
-        varied(
+        vary_option(
             "Search a number of the controller or the sensors between two values, such as "
             "0.1..30 V s/m, or relative to that of the first scenario, such as -50%..+100% or "
             "x0.5..x2; evenly in its logarithm if the range does not hold 0. [default: `[tune.vary]`]"
         ),
     ],
-    answer: Answer,
+    answer: CommandOutput,
     metric: Annotated[
         str | None,
         typer.Option("--metric", metavar="NAME", show_default="rms_error", help="The metric to minimise."),
@@ -167,11 +167,11 @@ def tune(
     - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
       controller.proportional_gain=-50%..+100%`
     """
-    from hydroservo.cli.interrupts import INTERRUPTED, heard
+    from hydroservo.cli.interrupts import INTERRUPTED, acknowledge_interrupt
     from hydroservo.cli.remarks import log_kernels
     from hydroservo.runs.aims import metric_field
     from hydroservo.scenario import parse_override
-    from hydroservo.scenario.task import task_of
+    from hydroservo.scenario.task import task_of_scenarios
     from hydroservo.scenario.tuning import best_values, without_none
 
     lists = without_none(weights=weights, scales=scales)
@@ -179,22 +179,26 @@ def tune(
     plain |= without_none(
         bounded=bounded, gain_margin=gain_margin, phase_margin=phase_margin, max_sensitivity=max_sensitivity
     )
-    parts = plain | {name: separated_numbers(text) for name, text in lists.items()}
+    parts = plain | {name: parse_numbers(text) for name, text in lists.items()}
     overrides = dict(map(parse_override, changes))
-    with named_as_options(plain | lists):
-        task = task_of(scenarios, ranges_in(ranges), parts, overrides, plugins, load=loaded_aloud)
+    with errors_name_options(plain | lists):
+        task = task_of_scenarios(
+            scenarios, parse_ranges(ranges), parts, overrides, plugins, load=load_with_warnings
+        )
     unit = metric_field(task.aim.loops, task.aim.metric).unit
 
     def ask(report: "Report") -> "Tuned":
         with log_kernels(verbose):
             progress = progress_with_best(report, unit, task)
-            return best_values(task, threads, progress, lambda: heard("; the best values so far are above"))
+            return best_values(
+                task, threads, progress, lambda: acknowledge_interrupt("; the best values so far are above")
+            )
 
-    say = partial(say_tuned, command_typed(answer.context), task.scenarios, changes, plugins)
+    say = partial(describe_tuned, typed_command(answer.context), task.scenarios, changes, plugins)
     raise typer.Exit(INTERRUPTED if answer("", ask, say).interrupted else 0)
 
 
-def say_tuned(
+def describe_tuned(
     command: Sequence[str],
     scenarios: Sequence[str],
     changes: Sequence[str],
@@ -207,13 +211,13 @@ def say_tuned(
     from hydroservo.scenario.tuning import as_toml, comments_of
 
     words = ["hydroservo", "run" if len(scenarios) == 1 else "compare", *scenarios]
-    again = replay(words, changes, plugins, tuned.parameters)
+    again = replay_command(words, changes, plugins, tuned.parameters)
     text = as_toml(tuned.parameters, " \\\n    ".join(command), comments_of(tuned))
     finding = tuned_finding(tuned, scenarios, " ".join(command), again)
     return finding._replace(files={"gains.toml": lambda path: write_text(path, text)})
 
 
-def separated_numbers(text: str) -> list[float]:
+def parse_numbers(text: str) -> list[float]:
     """Numbers with commas between them; one that is none for a text that is not that."""
     try:
         return [float(part) for part in text.split(",")]
@@ -222,7 +226,7 @@ def separated_numbers(text: str) -> list[float]:
 
 
 @contextmanager
-def named_as_options(options: Mapping[str, object]) -> Iterator[None]:
+def errors_name_options(options: Mapping[str, object]) -> Iterator[None]:
     """Errors about what options say name the option, and what was typed."""
     from hydroservo.core.errors import HydroservoError, ParameterError
 
@@ -241,7 +245,7 @@ def named_as_options(options: Mapping[str, object]) -> Iterator[None]:
         raise ParameterError(option, options[error.path], f"{allowed}{semicolon}{count}") from None
 
 
-def progress_with_best(report: "Report", unit: str, task: "Task") -> "Progress":
+def progress_with_best(report: "Report", unit: str, task: "TuningTask") -> "Progress":
     """Reports how many candidates are done, and the best so far."""
     from hydroservo.core.formatting import quantity
 

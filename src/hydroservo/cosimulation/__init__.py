@@ -1,8 +1,8 @@
 """FMUs that others wrote, as the load or the machine of a loop, by co-simulation in FMI 2.0 and 3.0."""
 
-from hydroservo.cosimulation.coupled import coupled, first_force, is_foreign, refuse_foreign
-from hydroservo.cosimulation.fmu import Fmu, Variable, digest_of, read_fmu
-from hydroservo.cosimulation.foreign import Foreign, Parameter, Wire, class_of
+from hydroservo.cosimulation.coupled import couple_fmus, first_force, has_fmu, refuse_fmus
+from hydroservo.cosimulation.fmu import Fmu, FmuVariable, digest_of, read_fmu
+from hydroservo.cosimulation.foreign import Foreign, Parameter, Wire, fmu_block_class
 from hydroservo.cosimulation.load import LOAD_INPUTS, LOAD_OUTPUTS, ForeignLoad
 from hydroservo.cosimulation.machine import (
     MACHINE_INPUTS,
@@ -18,19 +18,19 @@ __all__ = [
     "MACHINE_INPUTS",
     "MACHINE_OUTPUTS",
     "Fmu",
+    "FmuVariable",
     "Foreign",
     "ForeignLoad",
     "ForeignMachine",
     "NoSupply",
     "Parameter",
     "ThroughFmu",
-    "Variable",
     "Wire",
-    "class_of",
-    "coupled",
+    "couple_fmus",
     "digest_of",
     "first_force",
-    "is_foreign",
+    "fmu_block_class",
+    "has_fmu",
     "read_fmu",
-    "refuse_foreign",
+    "refuse_fmus",
 ]

@@ -16,18 +16,18 @@ LOAD, MACHINE = "load", "plant"
 ROUNDED = 1e-9  # relative, by which a whole number of steps may miss a period
 
 
-def foreign_in(loop: Block) -> dict[str, Foreign]:
+def fmus_in(loop: Block) -> dict[str, Foreign]:
     """The FMUs in a loop, by the field that holds them."""
     parts = ((LOAD, ForeignLoad), (MACHINE, ForeignMachine))
     return {name: getattr(loop, name).foreign for name, cls in parts if isinstance(getattr(loop, name), cls)}
 
 
-def is_foreign(loop: Block) -> bool:
+def has_fmu(loop: Block) -> bool:
     """Whether a loop has an FMU in it, so that it can only run in plain Python."""
-    return bool(foreign_in(loop))
+    return bool(fmus_in(loop))
 
 
-def refuse_foreign(loop: Block, what: str) -> None:
+def refuse_fmus(loop: Block, what: str) -> None:
     """Refuse a loop with an FMU in it.
 
     Args:
@@ -37,7 +37,7 @@ def refuse_foreign(loop: Block, what: str) -> None:
     Raises:
         LoopError: it has one.
     """
-    for name, foreign in foreign_in(loop).items():
+    for name, foreign in fmus_in(loop).items():
         raise LoopError(
             f"the {name} is the FMU {foreign.name}, of which only steps are known, so nothing can {what}; "
             "runs and batches can have it"
@@ -63,7 +63,7 @@ def seen_by_load(state: Any) -> dict[str, float]:
     return {"position": state.position, "velocity": state.velocity}
 
 
-class Progress(NamedTuple):
+class PeriodProgress(NamedTuple):
     """How far a sample period is."""
 
     done: int  # communications
@@ -77,10 +77,10 @@ class Communications:
     def __init__(self, inner: Any, parts: int) -> None:
         self.inner, self.parts = inner, parts
 
-    def begin(self, t: float, dt: float, substeps: int) -> Progress:
-        return Progress(0, 0.0, substeps)
+    def begin(self, t: float, dt: float, substeps: int) -> PeriodProgress:
+        return PeriodProgress(0, 0.0, substeps)
 
-    def attempt(self, system: "Coupled", t: float, x: Any, u: Any, dt: float, p: Progress) -> Any:
+    def attempt(self, system: "Coupled", t: float, x: Any, u: Any, dt: float, p: PeriodProgress) -> Any:
         """The state at the next communication; every attempt is a step."""
         h = dt / self.parts
         now = t + p.done * h
@@ -88,7 +88,7 @@ class Communications:
             system.exchange(now, x)
         x = system.carried(self.inner, now, x, u, h, -(-p.substeps // self.parts))
         done = p.done + 1
-        return x, Progress(done, dt if done == self.parts else done * h, p.substeps)
+        return x, PeriodProgress(done, dt if done == self.parts else done * h, p.substeps)
 
     def advance(self, system: "Coupled", t: float, x: Any, u: Any, dt: float, substeps: int) -> Any:
         p = self.begin(t, dt, substeps)
@@ -110,7 +110,7 @@ class Coupled:
 
     def sample(self, s: Any, t: float, dt: float) -> Any:
         if self._machine is not None and t == 0.0:
-            s = s._replace(plant=answered(self._machine.outputs(), s.plant))
+            s = s._replace(plant=with_outputs(self._machine.outputs(), s.plant))
         self.exchange(t, s)
         return self._loop.sample(s, t, dt)
 
@@ -130,16 +130,16 @@ class Coupled:
             return inner.advance(self, t, x, u, h, substeps)
         self._machine.give({"command": self._loop.hold.at(u, t), "external_force": self._loop.load.force(t)})
         self._machine.step(t, h)
-        return x._replace(plant=answered(self._machine.outputs(), x.plant))
+        return x._replace(plant=with_outputs(self._machine.outputs(), x.plant))
 
 
-def answered(outputs: dict[str, float], before: Any) -> Any:
+def with_outputs(outputs: dict[str, float], before: Any) -> Any:
     """The state of a machine that an FMU answers."""
     return before._replace(**{name: outputs[name] for name in MACHINE_OUTPUTS if name in outputs})
 
 
 @contextmanager
-def coupled(study: Any) -> Iterator[Any]:
+def couple_fmus(study: Any) -> Iterator[Any]:
     """A study whose system has FMUs in it with their instances, which go at the end; any other as it is.
 
     Raises:
@@ -147,12 +147,12 @@ def coupled(study: Any) -> Iterator[Any]:
         ParameterError: communication steps do not divide the sample period.
     """
     loop = study.system
-    found = foreign_in(loop)
+    found = fmus_in(loop)
     if not found:
         yield study
         return
     period = loop.simulation.period
-    parts = parts_of(loop, found, period)
+    parts = communications_per_period(loop, found, period)
     if MACHINE in found:
         check_machine(loop, found[MACHINE], period / parts)
     first = {LOAD: seen_by_load(loop.init().plant), MACHINE: {"command": 0.0, "external_force": 0.0}}
@@ -164,7 +164,7 @@ def coupled(study: Any) -> Iterator[Any]:
         yield study._replace(system=system, integrator=Communications(study.integrator, parts))
 
 
-def parts_of(loop: Any, found: dict[str, Foreign], period: float) -> int:
+def communications_per_period(loop: Any, found: dict[str, Foreign], period: float) -> int:
     """How many communications there are in a sample period."""
     steps = {name: getattr(loop, name).step for name in found}
     parts = {name: 1 if step == OPEN else round(period / step) for name, step in steps.items()}

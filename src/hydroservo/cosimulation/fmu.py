@@ -20,7 +20,7 @@ UNREADABLE = (OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)  
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")  # units, as FMI has them
 
 
-class Variable(NamedTuple):
+class FmuVariable(NamedTuple):
     """A variable of an FMU.
 
     Attributes:
@@ -78,7 +78,7 @@ class Fmu(NamedTuple):
     binary: str
     single: bool
     internal_step: float
-    variables: dict[str, Variable]
+    variables: dict[str, FmuVariable]
 
 
 def read_fmu(path: Path) -> Fmu:
@@ -88,7 +88,7 @@ def read_fmu(path: Path) -> Fmu:
         HydroservoError: it is no FMU for co-simulation in FMI 2.0 or 3.0 that can run here, or the package
             fmpy is missing; without the file's name.
     """
-    return described(path, digest_of(path))
+    return read_description(path, digest_of(path))
 
 
 def digest_of(path: Path) -> str:
@@ -107,10 +107,10 @@ def digest_of(path: Path) -> str:
 
 
 @lru_cache(maxsize=64)
-def described(path: Path, digest: str) -> Fmu:
+def read_description(path: Path, digest: str) -> Fmu:
     """The description of an FMU with a content that has this digest."""
-    fmpy = package()
-    names, description = opened(path, fmpy)
+    fmpy = fmpy_package()
+    names, description = open_archive(path, fmpy)
     version, own = int(description.fmiVersion[0]), description.coSimulation
     if version not in (2, 3):
         raise HydroservoError(f"is an FMU of FMI {description.fmiVersion}; 2.0 and 3.0 can be run")
@@ -129,14 +129,14 @@ def described(path: Path, digest: str) -> Fmu:
         model=description.modelName,
         identifier=own.modelIdentifier,
         token=description.guid,
-        binary=binary_in(names, version, own.modelIdentifier, fmpy),
+        binary=binary_for_this_machine(names, version, own.modelIdentifier, fmpy),
         single=bool(own.canBeInstantiatedOnlyOncePerProcess),
         internal_step=own.fixedInternalStepSize or math.nan,
-        variables={one.name: variable(one, description) for one in description.modelVariables},
+        variables={one.name: variable_of(one, description) for one in description.modelVariables},
     )
 
 
-def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
+def open_archive(path: Path, fmpy: Any) -> tuple[list[str], Any]:
     """The names in an archive, and the description in it."""
     try:
         with zipfile.ZipFile(path) as archive:
@@ -166,7 +166,7 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
             raise HydroservoError(f"has a {DESCRIPTION} that cannot be read: {error}") from None
 
 
-def package() -> Any:
+def fmpy_package() -> Any:
     """FMPy."""
     try:
         import fmpy
@@ -175,7 +175,7 @@ def package() -> Any:
     return fmpy
 
 
-def binary_in(names: list[str], version: int, identifier: str, fmpy: Any) -> str:
+def binary_for_this_machine(names: list[str], version: int, identifier: str, fmpy: Any) -> str:
     """The shared library for this machine, in an archive."""
     folders = [fmpy.platform_tuple] if version == 3 else [fmpy.platform_tuple, fmpy.platform]
     for folder in folders:
@@ -187,12 +187,12 @@ def binary_in(names: list[str], version: int, identifier: str, fmpy: Any) -> str
     raise HydroservoError(f"has no binary for this machine, {folders[-1]}; {found}")
 
 
-def variable(one: Any, description: Any) -> Variable:
+def variable_of(one: Any, description: Any) -> FmuVariable:
     """A variable as FMPy describes it."""
     unit = one.unit or (one.declaredType.unit if one.declaredType is not None else "") or ""
     base = next((known.baseUnit for known in description.unitDefinitions if known.name == unit), None)
-    in_base_units, factor = base_units(base)
-    return Variable(
+    in_base_units, factor = unit_in_base_units(base)
+    return FmuVariable(
         name=one.name,
         reference=one.valueReference,
         kind=one.type,
@@ -201,12 +201,12 @@ def variable(one: Any, description: Any) -> Variable:
         unit=unit,
         in_base_units=in_base_units,
         factor=factor,
-        sizes=tuple(size_of(dimension) for dimension in one.dimensions),
+        sizes=tuple(dimension_size(dimension) for dimension in one.dimensions),
         start=int(one.start) if one.type.startswith(("Int", "UInt")) and one.start else 0,
     )
 
 
-def base_units(unit: Any) -> tuple[str, float]:
+def unit_in_base_units(unit: Any) -> tuple[str, float]:
     """A unit as FMPy has it in base units: a product of their powers, "1" of none, and the factor before it.
 
     Of no unit, or one with an offset, that is "" and 1.
@@ -217,8 +217,8 @@ def base_units(unit: Any) -> tuple[str, float]:
     return " ".join(powers) or "1", float(unit.factor)
 
 
-def size_of(dimension: Any) -> int:
-    """The size of a dimension as :class:`Variable` has it."""
+def dimension_size(dimension: Any) -> int:
+    """The size of a dimension as :class:`FmuVariable` has it."""
     return -1 - int(dimension.valueReference) if dimension.start is None else int(dimension.start)
 
 
@@ -228,10 +228,10 @@ def folder_of(path: Path, digest: str) -> Path:
     if digest_of(path) != digest:
         raise HydroservoError(f"{path}: has changed since it was read")
     folder = new_temporary_folder()
-    package().extract(str(path), unzipdir=str(folder))
+    fmpy_package().extract(str(path), unzipdir=str(folder))
     return folder
 
 
-def unpacked(fmu: Fmu) -> Path:
+def unpacked_folder(fmu: Fmu) -> Path:
     """The folder of an FMU's files."""
     return folder_of(fmu.path, fmu.digest)

@@ -55,16 +55,16 @@ class Foreign(NamedTuple):
         return sha256(text.encode()).hexdigest()[:12]
 
 
-def class_of(base: type, foreign: Foreign) -> type[Any]:
+def fmu_block_class(base: type, foreign: Foreign) -> type[Any]:
     """A class of blocks that have this FMU as their ``foreign``.
 
     Its module's name holds the digest, as that of a plug-in's does: results and hashes tell it from others.
     """
-    return made(base, str(foreign.fmu.path), foreign.fmu.digest, *foreign[1:])
+    return cached_block_class(base, str(foreign.fmu.path), foreign.fmu.digest, *foreign[1:])
 
 
 @cache
-def made(base: type, path: str, content: str, *use: Any) -> type[Any]:
+def cached_block_class(base: type, path: str, content: str, *use: Any) -> type[Any]:
     """The one class of an FMU put to use in one way.
 
     Args:
@@ -82,15 +82,15 @@ def made(base: type, path: str, content: str, *use: Any) -> type[Any]:
     foreign = Foreign(fmu, *use)
     members = {"foreign": foreign, "__slots__": (), "__doc__": base.__doc__}
     cls = type("FMU", (base,), {**members, "__module__": f"fmu_{foreign.digest()}"})
-    copyreg.pickle(cls, partial(pickled, (base, path, content, *use)))
+    copyreg.pickle(cls, partial(reduce_fmu_block, (base, path, content, *use)))
     return cls
 
 
-def pickled(use: tuple[Any, ...], block: Any) -> tuple[Any, ...]:
+def reduce_fmu_block(use: tuple[Any, ...], block: Any) -> tuple[Any, ...]:
     """What pickle keeps of a block: how to make it again in another process."""
-    return restored, (use, tuple(block))
+    return restore_fmu_block, (use, tuple(block))
 
 
-def restored(use: tuple[Any, ...], values: tuple[Any, ...]) -> Any:
+def restore_fmu_block(use: tuple[Any, ...], values: tuple[Any, ...]) -> Any:
     """A block from its pickle; as with any pickle, load only what you trust."""
-    return made(*use)._make(values)
+    return cached_block_class(*use)._make(values)

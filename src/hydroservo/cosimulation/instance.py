@@ -9,7 +9,7 @@ from threading import Lock
 from typing import Any, TypeVar
 
 from hydroservo.core.errors import LoopError
-from hydroservo.cosimulation.fmu import Variable, unpacked
+from hydroservo.cosimulation.fmu import FmuVariable, unpacked_folder
 from hydroservo.cosimulation.foreign import Foreign, Parameter, Wire
 
 LOADING = Lock()  # FMPy changes the process's folder while it loads a library
@@ -75,7 +75,7 @@ class Instance:
         """Load the library, and make an instance that is not initialized yet."""
         from fmpy import calloc, fmi2, fmi3, free
 
-        fmu, folder, before = self.foreign.fmu, unpacked(self.foreign.fmu), Path.cwd()
+        fmu, folder, before = self.foreign.fmu, unpacked_folder(self.foreign.fmu), Path.cwd()
         kind = fmi2.FMU2Slave if fmu.version == 2 else fmi3.FMU3Slave
         try:
             self.slave = kind(
@@ -126,13 +126,13 @@ class Instance:
                 setter = "setInt64" if variable.kind == "Enumeration" else f"set{variable.kind}"
             getattr(self.slave, setter)([variable.reference], values)
 
-    def check_size(self, variable: Variable, values: Parameter | list[Any]) -> None:
+    def check_size(self, variable: FmuVariable, values: Parameter | list[Any]) -> None:
         """Refuse too few or too many values for an array."""
         size = self.size(variable)
         if len(values) != size:
             raise self.error(f"takes {size} numbers for {variable.name}, and {len(values)} are given")
 
-    def size(self, variable: Variable) -> int:
+    def size(self, variable: FmuVariable) -> int:
         """How many numbers a variable holds, with the sizes that are given."""
         whole = (one for one in self.named.values() if one.kind.startswith(("UInt", "Int")))
         by_reference = {one.reference: one for one in whole}
@@ -149,7 +149,7 @@ class Instance:
     def names(wires: tuple[Wire, ...]) -> list[str]:
         return list(dict.fromkeys(wire.variable for wire in wires))
 
-    def values(self, variable: Variable) -> list[float]:
+    def values(self, variable: FmuVariable) -> list[float]:
         """The numbers of a variable."""
         reference = [variable.reference]
         if self.foreign.fmu.version == 2:

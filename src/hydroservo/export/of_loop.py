@@ -14,7 +14,7 @@ from hydroservo.core.command_scale import is_volts
 from hydroservo.core.errors import LoopError
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.signals import Demand, Measurement
-from hydroservo.cosimulation import refuse_foreign
+from hydroservo.cosimulation import refuse_fmus
 from hydroservo.export.c.counting import counted
 from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.fixed import computed_once
@@ -106,7 +106,7 @@ def exported_unit(
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"{part}: exported in double precision only; time and states need the digits")
     if part not in (Part.CONTROLLER, Part.DEMAND):
-        refuse_foreign(loop, f"write its {part} as C")
+        refuse_fmus(loop, f"write its {part} as C")
     loop = complete(loop)
     ready_loop = with_its_substeps(ready(loop)) if part in STEPPED else ready(loop)
     translation = translated(ready_loop, part, prefix)

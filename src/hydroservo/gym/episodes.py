@@ -7,17 +7,24 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.validation import whole_number
 from hydroservo.runs.arguments import checked_mapping
-from hydroservo.scenario import Assembly, assembled
+from hydroservo.scenario import Assembly, assemble
 from hydroservo.scenario.other_tables import Deviation
 from hydroservo.scenario.ranges import as_entries, relative
-from hydroservo.scenario.sampling import Columns, assembly_of, drawn, parameters_of, uniform, variations
+from hydroservo.scenario.sampling import (
+    Columns,
+    assembly_of_loop,
+    draw_values,
+    loop_parameters,
+    uniform_numbers,
+    variations,
+)
 
 MOST_DRAWS = 100_000  # sets of parameters, each with a start of its own to be found
 
 Ranges = Mapping[str, str | tuple[float, float]]
 
 
-def scenario_of(
+def environment_assembly(
     source: str | Path | Loop,
     changes: Mapping[str, object] | None,
     plugins: Sequence[str | Path],
@@ -36,9 +43,9 @@ def scenario_of(
             if value:
                 problem = "must be left out where scenario is a loop; pass it to load_scenario"
                 raise ParameterError(name, value, problem)
-        found = assembly_of(source)
+        found = assembly_of_loop(source)
     else:
-        found = assembled(source, changes, plugins)
+        found = assemble(source, changes, plugins)
     meaning = found.loop.controls.declared().meaning
     if meaning != signal:
         name = "a loop" if isinstance(source, Loop) else str(source)
@@ -46,7 +53,7 @@ def scenario_of(
     return found
 
 
-def drawn_sets(scenario: Assembly, vary: Ranges | None, draws: int) -> Columns:
+def draw_parameter_sets(scenario: Assembly, vary: Ranges | None, draws: int) -> Columns:
     """The sets of parameters that episodes have, by path in SI units; the scenario's seed says which.
 
     What the scenario's uncertainty names deviates by one factor a set, drawn evenly from -1 to 1 times its
@@ -60,18 +67,20 @@ def drawn_sets(scenario: Assembly, vary: Ranges | None, draws: int) -> Columns:
     """
     own = checked_mapping("vary", {} if vary is None else vary, "paths to ranges")
     whole_number("draws", draws, 1, MOST_DRAWS)
-    seed, wide = scenario.loop.simulation.seed, deviations(scenario)
+    seed, wide = scenario.loop.simulation.seed, largest_deviations(scenario)
     ranges = {path: relative(-abs(most), abs(most)) for path, most in wide.items() if path not in own}
-    together = uniform(seed, "uncertainty.scale", draws)
+    together = uniform_numbers(seed, "uncertainty.scale", draws)
     varied = variations(scenario, as_entries({**ranges, **own}))
     values = {}
     for one in varied:
-        share = uniform(seed, one.path, draws) if one.path in own else together
-        values[one.path], _ = drawn(one, share if one.path in own or wide[one.path] > 0.0 else 1.0 - share)
-    return parameters_of(scenario, varied, values)
+        share = uniform_numbers(seed, one.path, draws) if one.path in own else together
+        values[one.path], _ = draw_values(
+            one, share if one.path in own or wide[one.path] > 0.0 else 1.0 - share
+        )
+    return loop_parameters(scenario, varied, values)
 
 
-def deviations(scenario: Assembly) -> dict[str, float]:
+def largest_deviations(scenario: Assembly) -> dict[str, float]:
     """How far a scenario's uncertainty leads each number from its nominal value, relative, where it does."""
     said = {**scenario.truth.arguments, **scenario.truth.numbers}
     found = {path: one.scale * one.relative for path, one in said.items() if isinstance(one, Deviation)}

@@ -13,7 +13,7 @@ from hydroservo.runs.run import simulate
 from hydroservo.runs.stepping import SteppedRuns
 
 
-class Scales(NamedTuple):
+class SignalSizes(NamedTuple):
     """Sizes of signals.
 
     Attributes:
@@ -25,7 +25,7 @@ class Scales(NamedTuple):
     error: float
 
 
-def scales_of(loop: Loop, paths: Sequence[str]) -> Scales:
+def signal_sizes(loop: Loop, paths: Sequence[str]) -> SignalSizes:
     """The sizes of what is seen of a loop, from a run of it under its own law.
 
     Args:
@@ -45,4 +45,4 @@ def scales_of(loop: Loop, paths: Sequence[str]) -> Scales:
         largest = np.fmax(largest, [abs(runs[path].item()) for path in paths])
         runs.advance(np.array([command]))
     spread = 0.5 * float(np.ptp(demand)) or float(np.max(np.abs(demand)))
-    return Scales(np.where(np.isfinite(largest) & (largest > 0.0), largest, 1.0), spread or 1.0)
+    return SignalSizes(np.where(np.isfinite(largest) & (largest > 0.0), largest, 1.0), spread or 1.0)

@@ -13,8 +13,8 @@ from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import Field
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.core.validation import number
-from hydroservo.gym.episodes import Ranges, drawn_sets, scenario_of
-from hydroservo.gym.scales import scales_of
+from hydroservo.gym.episodes import Ranges, draw_parameter_sets, environment_assembly
+from hydroservo.gym.scales import signal_sizes
 from hydroservo.limits.command import command_limits
 from hydroservo.machine.sensors.missing import missing_signals
 from hydroservo.runs.stepping import SteppedRuns
@@ -29,7 +29,7 @@ Flags = NDArray[np.bool_]
 Whole = NDArray[np.int64]
 
 
-class Outcome(NamedTuple):
+class SampleOutcome(NamedTuple):
     """What a sample period comes to in each of some runs."""
 
     observations: Numbers
@@ -92,12 +92,12 @@ class Task:
     ) -> None:
         self.error_weight = float(number(error_weight, "error_weight", WEIGHT, float))
         self.effort_weight = float(number(effort_weight, "effort_weight", WEIGHT, float))
-        assembly = scenario_of(scenario, changes, plugins, signal)
+        assembly = environment_assembly(scenario, changes, plugins, signal)
         loop, self.count = assembly.loop, count
         self.limit = command_limits(loop).limit
-        self.runs = SteppedRuns(loop, drawn_sets(assembly, vary, draws), count, threads=threads)
-        self.signals = signals_of(self.runs.loop)
-        self.scales, self.error_scale = scales_of(loop, self.signals)
+        self.runs = SteppedRuns(loop, draw_parameter_sets(assembly, vary, draws), count, threads=threads)
+        self.signals = observed_signals(self.runs.loop)
+        self.scales, self.error_scale = signal_sizes(loop, self.signals)
         self.stroke = float(getattr(self.runs.loop.plant, "stroke", np.inf))
         self.actions = np.zeros(count)
         self.sample, self.machine, self.seed = (np.zeros(count, dtype=np.int64) for _ in range(3))
@@ -124,7 +124,7 @@ class Task:
         self.runs.begin(which, self.machine[which], self.seed[which])
         self.actions[which], self.sample[which] = 0.0, 0
 
-    def advance(self, actions: ArrayLike) -> Outcome:
+    def advance(self, actions: ArrayLike) -> SampleOutcome:
         """A sample period of all runs.
 
         Raises:
@@ -143,7 +143,7 @@ class Task:
         ended = self.runs.lost | self.left_stroke()
         left = self.runs.samples - self.sample
         costs = self.costs(change) + ended * left * (self.error_weight + LARGEST_CHANGE * self.effort_weight)
-        return Outcome(self.observations(), -costs, ended, left <= 0)
+        return SampleOutcome(self.observations(), -costs, ended, left <= 0)
 
     def observations(self) -> Numbers:
         """What each run shows, shape (runs, signals); 0 where a signal is lost."""
@@ -162,7 +162,7 @@ class Task:
         return (position < 0.0) | (position > self.stroke)
 
 
-def signals_of(loop: Loop) -> list[str]:
+def observed_signals(loop: Loop) -> list[str]:
     """The paths of what an agent observes: what the sensors measure, and the demand with its rates."""
     lacking = missing_signals(loop.sensors)
     measured = [f"controller.measured.{name}" for name in Measurement._fields if name not in lacking]

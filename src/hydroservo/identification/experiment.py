@@ -16,7 +16,7 @@ from hydroservo.core.roles import at_samples
 from hydroservo.core.signals import MachineOutputs
 from hydroservo.core.time_series import TimeSeries
 from hydroservo.core.validation import checked
-from hydroservo.cosimulation import refuse_foreign
+from hydroservo.cosimulation import refuse_fmus
 from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE
 from hydroservo.identification.observer import Observer, corrector
 from hydroservo.identification.segments import Segment
@@ -84,7 +84,7 @@ def experiment(
         substeps: of a period of the segment.
         moving: whether the states that the log does not show may differ between runs, too.
     """
-    refuse_foreign(loop, "identify it")
+    refuse_fmus(loop, "identify it")
     played = playing(loop, segment, substeps)
     known = first_states(ready(played), segment)
     every = dict(moving_states(ready(played))) | known if moving else known

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hydroservo.identification.comparison import Comparison
     from hydroservo.identification.proposal import Proposal
     from hydroservo.identification.result import Identified
-    from hydroservo.scenario.tables import Entry
+    from hydroservo.scenario.tables import TableEntry
 
 Typed = Mapping[str, Scale]
 PROMISES = (
@@ -77,7 +77,7 @@ class Further(NamedTuple):
 NOTHING_FURTHER = Further()
 
 
-def typed_units(identified: "Identified", ranges: "Mapping[str, Entry]") -> dict[str, Scale]:
+def typed_units(identified: "Identified", ranges: "Mapping[str, TableEntry]") -> dict[str, Scale]:
     """The units in which ranges were typed, by SI unit: those given, and those of the scenario."""
     every = {**identified.fitted.assembly.log_ranges, **ranges}
     return typed_scales((every[path], one.unit) for path, one in identified.parameters.items())

@@ -28,10 +28,10 @@ from hydroservo.identification.search import Report, Solution, best_fit, misfit
 from hydroservo.identification.segments import Understood, understood
 from hydroservo.identification.uncertainty import Uncertainty, identifiable, uncertainty
 from hydroservo.runs.arguments import checked_mapping
-from hydroservo.scenario.load import Assembly, Machine, assembled
+from hydroservo.scenario.load import Assembly, MachineBlocks, assemble
 from hydroservo.scenario.ranges import as_entries, both_ends
 from hydroservo.scenario.sampling import Variation, variations
-from hydroservo.scenario.tables import Entry
+from hydroservo.scenario.tables import TableEntry
 from hydroservo.work.cores import checked_count, single_threaded_algebra
 from hydroservo.work.notebook_bar import shows_progress
 
@@ -115,7 +115,7 @@ def identify(
 def identified(
     source: str | Path,
     logs: Sequence[Given],
-    ranges: Mapping[str, Entry],
+    ranges: Mapping[str, TableEntry],
     changes: Mapping[str, object],
     plugins: Sequence[str | Path],
     seed: int,
@@ -128,7 +128,7 @@ def identified(
     whole_number("seed", seed, 0, LARGEST_SEED)
     if horizon is not None:
         number(horizon, "horizon", HORIZON, float)
-    assembly = assembled(source, changes, plugins)
+    assembly = assemble(source, changes, plugins)
     all_ranges = {**assembly.log_ranges, **ranges}
     delays = both_ends(all_ranges[DELAY], LATE, None) if DELAY in all_ranges else None
     varied = sought(assembly, {path: entry for path, entry in all_ranges.items() if path != DELAY})
@@ -155,7 +155,7 @@ def identified(
     report(1.0)
     return Identified(
         str(source),
-        assembled(source, tables, plugins).loop,
+        assemble(source, tables, plugins).loop,
         parameters,
         {path: one for path, one in every.items() if path not in parameters},
         fits,
@@ -180,7 +180,7 @@ def solved(problem: Problem, seed: int, horizon: float | None, report: Report) -
     return best_prediction(problem, best, horizon, lambda part: report(0.4 + 0.4 * part))
 
 
-def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
+def sought(assembly: Assembly, ranges: Mapping[str, TableEntry]) -> list[Variation]:
     """What is sought."""
     if not ranges:
         problem = (
@@ -190,9 +190,8 @@ def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
     for path, entry in ranges.items():
         head = path.partition(".")[0]
         if head in ("controller", "reference", "sensors", "hold", "simulation"):
-            problem = (
-                f"must be of the machine ({', '.join(Machine._fields)}): a log takes the place of the {head}"
-            )
+            machine = ", ".join(MachineBlocks._fields)
+            problem = f"must be of the machine ({machine}): a log takes the place of the {head}"
             raise ScenarioError(entry.origin.name, entry.key, problem)
     return variations(assembly, ranges)
 

@@ -20,7 +20,7 @@ from hydroservo.identification.observer import shifted
 from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of, lie_at_ends
 from hydroservo.identification.search import Misfit, Solution
 from hydroservo.runs.run import ready
-from hydroservo.scenario.load import Machine
+from hydroservo.scenario.load import MachineBlocks
 
 STILL = 0.01  # of the largest speed, below which friction changes sign smoothly
 WIDTH = 0.02  # of the largest command, of a hysteresis and an overlap
@@ -268,7 +268,7 @@ def of_numbers(problem: Problem, best: Solution, found: Misfit, number: int) -> 
     given = {
         path: value
         for path, value in leaves(machine)
-        if path.partition(".")[0] in Machine._fields
+        if path.partition(".")[0] in MachineBlocks._fields
         and path not in sought
         and isinstance(value, float)
         and value not in (0.0, field_at(machine, path).auto)

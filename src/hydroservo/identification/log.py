@@ -13,16 +13,16 @@ from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.signals import MachineOutputs
 from hydroservo.runs.arguments import checked_path
 from hydroservo.scenario.records import (
-    Column,
     ColumnSource,
     Header,
+    RecordColumn,
     choose_columns,
     column_source,
     read_columns,
 )
 from hydroservo.scenario.records.columns import first_names
 from hydroservo.scenario.records.series import sample_period
-from hydroservo.scenario.tables import Entry
+from hydroservo.scenario.tables import TableEntry
 
 TIME = "time"
 COMMAND = "command"
@@ -122,11 +122,11 @@ def read_log(
         if period is None or signal != TIME
     }
 
-    def choose(headers: Sequence[Header], place: str) -> list[Column]:
+    def choose(headers: Sequence[Header], place: str) -> list[RecordColumn]:
         columns = choose_columns(headers, sources, signals, (name, place))
         dates = [one for one in headers if one.clock]
         if period is None and TIME not in {one.signal for one in columns} and len(dates) == 1:
-            columns = [Column(TIME, dates[0], "s"), *columns]  # however it is called
+            columns = [RecordColumn(TIME, dates[0], "s"), *columns]  # however it is called
         there = {one.signal for one in columns} | ({TIME} if period is not None else set())
         for signal in needed:
             if signal not in there:
@@ -143,7 +143,7 @@ def read_log(
     return checked(Log(name, rows.pop(TIME), rows, unused, texts))
 
 
-def column_text(column: Column) -> str:
+def column_text(column: RecordColumn) -> str:
     """The header of a column, and the unit that is read where the mapping gives another."""
     other = column.header.unit not in ("", column.unit) and not column.header.clock
     return f"{column.header.text}, read in {column.unit}" if other else column.header.text
@@ -182,7 +182,7 @@ def nothing_measured(headers: Sequence[Header], where: tuple[str, str]) -> Scena
     return ScenarioError(*where, f"{problem}; {signals}")
 
 
-def log_mapping(columns: Mapping[str, Entry]) -> dict[str, Any]:
+def log_mapping(columns: Mapping[str, TableEntry]) -> dict[str, Any]:
     """The column of each signal that a scenario's ``[identify.columns]`` names."""
     for signal, entry in columns.items():
         if signal not in (*NAMES, PERIOD):

@@ -24,10 +24,10 @@ from hydroservo.identification.observer import rows_of
 from hydroservo.identification.problem import Ends, Problem, Values, unknowns_of, usual_values
 from hydroservo.identification.segments import Segment, Understood, noise_of
 from hydroservo.runs.space import Space, latin_hypercube
-from hydroservo.scenario.datasheets import columns_of
+from hydroservo.scenario.datasheets import made_columns
 from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.other_tables import Deviation
-from hydroservo.scenario.sampling import Variation, parameters_of
+from hydroservo.scenario.sampling import Variation, loop_parameters
 
 FAR = 2.0  # times an uncertainty, up to which a number is sought
 TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ
@@ -100,7 +100,7 @@ def go_together(assembly: Assembly, varied: Sequence[Variation]) -> bool:
     """Whether no number follows from another one."""
     space = Space({one.path: (one.low, one.high) for one in varied})
     try:
-        parameters_of(assembly, varied, space.values(np.array([[0.4], [0.6]]).repeat(len(varied), axis=1)))
+        loop_parameters(assembly, varied, space.values(np.array([[0.4], [0.6]]).repeat(len(varied), axis=1)))
     except ScenarioError:
         return False
     return True
@@ -119,7 +119,7 @@ def problem_of(
     own |= {one.path: value for one, _ in freed if (value := one.nominal) is not None}
     varied = [*varied, *(one for one, _ in freed)]
     space = Space({one.path: (one.low, one.high) for one in varied})
-    numbers = tuple(parameters_of(assembly, varied, space.values(consistent_points(assembly, space))))
+    numbers = tuple(loop_parameters(assembly, varied, space.values(consistent_points(assembly, space))))
     constructed = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
     columns, paths = partial(played_columns, assembly, varied, constructed), tuple(map(played_path, numbers))
     segments = [one for log in taken for one in log.segments]
@@ -142,7 +142,7 @@ def played_columns(
     assembly: Assembly, varied: Sequence[Variation], constructed: Sequence[str], values: Values
 ) -> Values:
     """The numbers that follow from some values of what is sought, by path in a loop that plays a segment."""
-    columns = parameters_of(assembly, varied, values, always=constructed)
+    columns = loop_parameters(assembly, varied, values, always=constructed)
     return {played_path(path): row for path, row in columns.items()}
 
 
@@ -155,7 +155,7 @@ def consistent_points(assembly: Assembly, space: Space) -> NDArray[np.float64]:
     for i in range(len(points)):
         values = space.values(points[i : i + 1])
         try:
-            columns_of(assembly, {path: row for path, row in values.items() if path in assembly.arguments})
+            made_columns(assembly, {path: row for path, row in values.items() if path in assembly.arguments})
         except ScenarioError:
             there[i] = False
     return points[there] if there.any() else points

@@ -19,9 +19,9 @@ from hydroservo.identification.problem import Problem
 from hydroservo.identification.search import Solution
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.uncertainty import Uncertainty
-from hydroservo.scenario.layers import builtin_texts, nested
-from hydroservo.scenario.load import Assembly, Machine, assembled
-from hydroservo.scenario.other_tables import Value
+from hydroservo.scenario.layers import builtin_texts, nest_changes
+from hydroservo.scenario.load import Assembly, MachineBlocks, assemble
+from hydroservo.scenario.other_tables import TrueValue
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 
@@ -218,15 +218,15 @@ def tables_with(
     cannot stand beside what it computes it from, and goes into ``[truth]`` too, in which the law does not
     believe.
     """
-    before = assembled(source, changes, plugins)
+    before = assemble(source, changes, plugins)
     values = {path: one.value for path, one in found.items()}
     own: dict[str, Any] = dict(changes)
     for path, value in values.items():
         own |= {place_of(source, own, plugins, path, value): value}
     own |= truths(before, values, own)
     own |= uncertainties(found, own)
-    check_tables(assembled(source, own, plugins), before, values)
-    return nested(own)
+    check_tables(assemble(source, own, plugins), before, values)
+    return nest_changes(own)
 
 
 def tables_or_remark(
@@ -239,7 +239,7 @@ def tables_or_remark(
     try:
         return tables_with(source, changes, plugins, found), []
     except HydroservoError as error:
-        return nested(changes), [f"the scenario is written without what was found: {error}"]
+        return nest_changes(changes), [f"the scenario is written without what was found: {error}"]
 
 
 def place_of(
@@ -247,7 +247,7 @@ def place_of(
 ) -> str:
     """Where a value can be said: at its own path, or as a truth where a constructor computes the number."""
     try:
-        assembled(source, {**changes, path: value}, plugins)
+        assemble(source, {**changes, path: value}, plugins)
     except ScenarioError:
         return f"truth.{path}"
     return path
@@ -258,11 +258,11 @@ def truths(before: Assembly, values: Mapping[str, float], own: Changes) -> dict[
     loop, said = dict(leaves(before.loop)), {**before.truth.arguments, **before.truth.numbers}
     taken = {
         f"{name}.{path}": value
-        for name in Machine._fields
+        for name in MachineBlocks._fields
         for path, value in before.truth.taken(name, before.arguments).items()
     }
     kept = {path: float(taken.get(path, loop.get(path, 0.0))) for path in said if path not in values}
-    outdone = {path: value for path, value in values.items() if isinstance(said.get(path), Value)}
+    outdone = {path: value for path, value in values.items() if isinstance(said.get(path), TrueValue)}
     return {f"truth.{path}": value for path, value in (kept | outdone).items() if f"truth.{path}" not in own}
 
 
@@ -278,8 +278,8 @@ def uncertainties(found: Mapping[str, Estimate], own: Changes) -> dict[str, floa
 
 def check_tables(written: Assembly, before: Assembly, values: Mapping[str, float]) -> None:
     """Refuse to write what is not the machine found."""
-    told = dict(leaves(Machine(*(getattr(written.loop, name) for name in Machine._fields))))
-    old = dict(leaves(Machine(*(getattr(before.loop, name) for name in Machine._fields))))
+    told = dict(leaves(MachineBlocks(*(getattr(written.loop, name) for name in MachineBlocks._fields))))
+    old = dict(leaves(MachineBlocks(*(getattr(before.loop, name) for name in MachineBlocks._fields))))
     for path, value in values.items():
         if path in told and abs(told[path] - value) > CLOSE * abs(value):
             raise HydroservoError(

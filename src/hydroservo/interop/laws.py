@@ -20,9 +20,9 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.block import leaves
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.nearest import one_of
-from hydroservo.interop.python_control import library
+from hydroservo.interop.python_control import control_library
 from hydroservo.runs.arguments import checked_loop
-from hydroservo.scenario.layers import nested
+from hydroservo.scenario.layers import nest_changes
 
 Matrix = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def to_law(system: Any, loop: Loop, *, limit: float = 10.0) -> StateSpace:
     loop = checked_loop(loop)
     if not limit > 0.0:
         raise ParameterError("limit", limit, "must be above 0 V")
-    system = checked_system(system, loop.simulation.period)
+    system = check_system(system, loop.simulation.period)
     a, b, c, d = (np.asarray(one, dtype=np.float64) for one in (system.A, system.B, system.C, system.D))
     names = [str(name) for name in system.input_labels]
     signals = SIGNALS | {"controlled": loop.controls}
@@ -85,14 +85,14 @@ def to_law(system: Any, loop: Loop, *, limit: float = 10.0) -> StateSpace:
         asked = ", ".join(names[i] for i in measured)
         raise ParameterError("system", asked, f"are {len(measured)} measured signals; at most 3 are allowed")
     parts: dict[str, Any] = {
-        DEMANDS[name]: Weights(weights(b[:, i]), float(d[0, i]))
+        DEMANDS[name]: Weights(state_weights(b[:, i]), float(d[0, i]))
         for i, name in enumerate(names)
         if name in DEMANDS
     }
     for place, i in zip(PLACES, measured, strict=False):
-        parts[place] = MeasuredInput(signals[names[i]], weights(b[:, i]), float(d[0, i]))
-    rows = StateWeightsOfEach(*map(weights, a))
-    return StateSpace(rows, weights(c[0]), **parts, saturation=Saturation(limit))
+        parts[place] = MeasuredInput(signals[names[i]], state_weights(b[:, i]), float(d[0, i]))
+    rows = StateWeightsOfEach(*map(state_weights, a))
+    return StateSpace(rows, state_weights(c[0]), **parts, saturation=Saturation(limit))
 
 
 def to_scenario(law: StateSpace, base: str) -> str:
@@ -116,14 +116,14 @@ def to_scenario(law: StateSpace, base: str) -> str:
         if not isinstance(signal, ThisSignal)
     }
     numbers = {path: value for path, value in leaves(law) if value != 0.0}
-    table = nested({"type": type(law).__name__, **types, **numbers})
+    table = nest_changes({"type": type(law).__name__, **types, **numbers})
     said = f"# A law of python-control, written by hydroservo {__version__}; SI units."
     return f"{said}\n{tomli_w.dumps({'base': base, 'controller': table})}"
 
 
-def checked_system(system: Any, period: float) -> Any:
+def check_system(system: Any, period: float) -> Any:
     """A law in state space that a loop with this sample period can run."""
-    control = library()
+    control = control_library()
     if isinstance(system, control.TransferFunction):
         system = control.ss(system)
     if not isinstance(system, control.StateSpace):
@@ -141,6 +141,6 @@ def checked_system(system: Any, period: float) -> Any:
     return system
 
 
-def weights(numbers: Matrix) -> StateWeights:
+def state_weights(numbers: Matrix) -> StateWeights:
     """Of up to eight states."""
     return StateWeights(*numbers.tolist())

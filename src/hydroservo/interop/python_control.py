@@ -17,7 +17,7 @@ from hydroservo.runs.arguments import checked_loop
 Vector = NDArray[np.float64]
 
 
-def library() -> Any:
+def control_library() -> Any:
     """python-control."""
     require("control", "control", "this")
     import control
@@ -42,8 +42,8 @@ def to_statespace(model: Linearization) -> Any:
     if not isinstance(model, Linearization):
         raise ParameterError("model", model, "must be what linearize returned")
     matrices = (model.A, model.B, model.C, model.D)
-    own = {"name": model.unit, "remove_useless_states": False, **names_of(model)}
-    return library().ss(*matrices, model.period, **own)
+    own = {"name": model.unit, "remove_useless_states": False, **signal_names(model)}
+    return control_library().ss(*matrices, model.period, **own)
 
 
 def from_statespace(system: Any, unit: str = "loop") -> Linearization:
@@ -57,7 +57,7 @@ def from_statespace(system: Any, unit: str = "loop") -> Linearization:
         ParameterError: it is none, or its time step is not said.
         HydroservoError: python-control is not installed.
     """
-    if not isinstance(system, library().StateSpace):
+    if not isinstance(system, control_library().StateSpace):
         raise ParameterError("system", system, "must be a control.StateSpace")
     if system.dt is None or system.dt is True:
         raise ParameterError("system", f"dt = {system.dt}", "must have a time step in seconds, or 0")
@@ -102,21 +102,21 @@ def to_nlsys(loop: Loop, *, command: float | None = None, force: float | None = 
     def seen(_t: float, x: Vector, u: Vector, _params: Any) -> Vector:
         return rows(x, u)[n:][kept]
 
-    return library().nlsys(
+    return control_library().nlsys(
         rates,
         seen,
-        **names_of(model),
+        **signal_names(model),
         params={"state": values(point.machine), "command": point.command, "force": point.force},
         name="machine",
     )
 
 
-def names_of(model: Linearization) -> dict[str, list[str]]:
+def signal_names(model: Linearization) -> dict[str, list[str]]:
     """States, inputs and outputs by names that python-control takes."""
     whats = ("states", "inputs", "outputs")
-    return {what: [plain(one.name) for one in getattr(model, what)] for what in whats}
+    return {what: [control_name(one.name) for one in getattr(model, what)] for what in whats}
 
 
-def plain(name: str) -> str:
+def control_name(name: str) -> str:
     """A name that python-control takes: dots are its own."""
     return "external_force" if name == "load.force" else name.replace(".", "_")

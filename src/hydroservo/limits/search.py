@@ -12,7 +12,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.control.monitors import TrackingError
 from hydroservo.core.block import leaves, replace, values
 from hydroservo.core.errors import ParameterError
-from hydroservo.cosimulation import refuse_foreign
+from hydroservo.cosimulation import refuse_fmus
 from hydroservo.limits.beginning import COMMAND, DEMAND, Beginning, remembers
 from hydroservo.limits.command import CommandLimits, Playback
 from hydroservo.limits.foreknown import Foreknown, expected, foreknown, jumps
@@ -120,7 +120,7 @@ def prepared(loop: Loop) -> Loop:
         raise ParameterError(
             "controls", "Command", "is not a signal of the machine: an open loop has no limit"
         )
-    refuse_foreign(loop, "find its limit")
+    refuse_fmus(loop, "find its limit")
     integrator = loop.simulation.integrator
     if not hasattr(integrator, "substep"):
         problem = "chooses its steps; a limit needs equal ones, such as RK4's"

@@ -14,7 +14,7 @@ from hydroservo.core.nearest import one_of
 from hydroservo.core.signals import Demand, MachineOutputs, Measurement
 from hydroservo.core.states import filled
 from hydroservo.core.validation import number
-from hydroservo.cosimulation import refuse_foreign
+from hydroservo.cosimulation import refuse_fmus
 from hydroservo.linear.linearization import Linearization, Quantity, Uncertain
 from hydroservo.linear.operating_point import DigitalState, OperatingPoint, machine_point, operating_point
 from hydroservo.linear.parts import law_slopes, machine_slopes, parts_of
@@ -252,7 +252,7 @@ def run_point(loop: Loop, time: float) -> OperatingPoint:
         loop: the loop; it runs from its start.
         time: the instant [s], from the third sample on.
     """
-    refuse_foreign(loop, "linearise it")
+    refuse_fmus(loop, "linearise it")
     begun = ready(loop)
     h, duration = begun.simulation.period, begun.simulation.duration
     number(time, "time", Field("s", "", at_least=2.0 * h, at_most=duration), float)

@@ -13,7 +13,7 @@ from hydroservo.core.errors import ParameterError
 from hydroservo.core.hooks import smoothed
 from hydroservo.core.signals import Demand
 from hydroservo.core.states import axpy, filled
-from hydroservo.cosimulation import refuse_foreign
+from hydroservo.cosimulation import refuse_fmus
 from hydroservo.linear.slopes import Function, central, differences, reached
 from hydroservo.machine.loads import Constant
 from hydroservo.machine.starts import Steady
@@ -79,7 +79,7 @@ def machine_point(loop: Loop, command: float | None, force: float | None = None)
         command: u [V]; None for that of the loop's steady start, or 0.
         force: on the rod [N]; None for that of its load at t = 0.
     """
-    refuse_foreign(loop, "linearise it")
+    refuse_fmus(loop, "linearise it")
     loop = loop if force is None else loop._replace(load=Constant(force))
     start = loop.start if isinstance(loop.start, Steady) else Steady()
     asked: Steady = start if command is None else start._replace(command=command)

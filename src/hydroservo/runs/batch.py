@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from hydroservo.control.loop import AUTO, Loop
 from hydroservo.control.metrics import declared_metrics, flags_of, monitors_of
 from hydroservo.core.block import Block, field_at, replace
-from hydroservo.cosimulation import is_foreign
+from hydroservo.cosimulation import has_fmu
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import quietly, warns, with_warning
 from hydroservo.runs.cautions.every import loop_cautions
@@ -114,7 +114,7 @@ def simulate_batch(
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
     how = How(strict, checked_count(threads, "threads"), cuda, progress or (lambda _: None))
-    if is_foreign(loop):
+    if has_fmu(loop):
         return with_warning(alone(given, loop, columns, how), [*recorded, *loop_cautions(loop)])
     started = columns | starts(given, columns)
     state = first_state(loop)
@@ -134,7 +134,7 @@ def simulate_part(loop: Loop, parameters: Mapping[str, ArrayLike], first: int, h
     """
     given, loop = prepare(loop)
     columns = checked_columns(loop, parameters, first)
-    if is_foreign(loop):
+    if has_fmu(loop):
         data = alone(given, loop, columns, how)
     else:
         started = columns | starts(given, columns, first)

@@ -12,7 +12,7 @@ from hydroservo.core.block import Block, values
 from hydroservo.core.roles import Reference
 from hydroservo.core.signals import Demand
 from hydroservo.core.states import filled
-from hydroservo.cosimulation import is_foreign
+from hydroservo.cosimulation import has_fmu
 
 Numbers = NDArray[np.float64]
 Which = NDArray[np.intp]
@@ -73,7 +73,7 @@ def machine_rates(loops: Sequence[Loop], like: MachineState) -> Rates:
     elsewhere: dict[str, Any] = dict.fromkeys({*Loop._fields} - {*MachineState._fields}, Usual())
     # all loops with this machine have the same machine code
     machines = [MachineRates(loop._replace(**elsewhere)) for loop in loops]
-    ask = answering(machines, Moving(like, 0.0, 0.0), like, interpreted=is_foreign(loops[0]))
+    ask = answering(machines, Moving(like, 0.0, 0.0), like, interpreted=has_fmu(loops[0]))
 
     def rates(states: Numbers, outside: Numbers, which: Which) -> Numbers:
         same = np.broadcast_to(outside[:, np.newaxis], (*states.shape[:2], 2))

@@ -19,7 +19,7 @@ from hydroservo.core.field import Field
 from hydroservo.core.group import group
 from hydroservo.core.hooks import designed, resting
 from hydroservo.core.validation import checked
-from hydroservo.cosimulation import ForeignLoad, coupled, first_force, is_foreign
+from hydroservo.cosimulation import ForeignLoad, couple_fmus, first_force, has_fmu
 from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.arguments import as_list, checked_loop, checked_mapping
 from hydroservo.runs.cautions import warnings_of, warns, with_warning
@@ -237,9 +237,9 @@ def run(
     It goes in chunks, so that progress is seen and an interrupt is heard.
     """
     period = loop.simulation.period
-    mode = mode._replace(compiled=mode.compiled and not is_foreign(loop))
+    mode = mode._replace(compiled=mode.compiled and not has_fmu(loop))
     chunk = max(1, (CHUNK if mode.compiled else SLOW_CHUNK) // loop.simulation.substeps)
-    with coupled(studied(loop, plan.samples)) as study:
+    with couple_fmus(studied(loop, plan.samples)) as study:
         kernel = kernel_of(study, wanted_of(loop, state, plan.paths), state, mode)
         for first in range(0, plan.samples, chunk):
             last = min(first + chunk, plan.samples)

@@ -19,7 +19,7 @@ from hydroservo.core.group import group
 from hydroservo.core.roles import Controller, role
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.core.validation import LARGEST_WHOLE, checked
-from hydroservo.cosimulation import refuse_foreign
+from hydroservo.cosimulation import refuse_fmus
 from hydroservo.runs.batch import with_steps
 from hydroservo.runs.columns import SEED, checked_columns, starts
 from hydroservo.runs.divergence import reach_of, watched_paths
@@ -73,7 +73,7 @@ class SteppedRuns:
         from hydroservo.engine.kernel import Study, Wanted
         from hydroservo.engine.stepping import CompiledSteps, Steps
 
-        refuse_foreign(loop, "step it from outside")
+        refuse_fmus(loop, "step it from outside")
         self.given, whole = wired(checked(loop)), ready(loop)
         self.sets = int(np.size(next(iter(parameters.values()), 0.0)))
         self.own = checked_columns(whole, {**parameters, SEED: np.full(self.sets, whole.simulation.seed)})

@@ -2,14 +2,14 @@
 
 from hydroservo.scenario.datasheets import datasheet_columns
 from hydroservo.scenario.layers import parse_override, scenario_source, scenarios
-from hydroservo.scenario.load import Assembly, assembled, load_scenario
+from hydroservo.scenario.load import Assembly, assemble, load_scenario
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.sampling import Drawn
 
 __all__ = [
     "Assembly",
     "Drawn",
-    "assembled",
+    "assemble",
     "datasheet_columns",
     "load_plugin",
     "load_scenario",

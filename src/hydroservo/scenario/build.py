@@ -14,14 +14,14 @@ from hydroservo.core.nearest import one_of
 from hydroservo.core.roles.saying import is_role
 from hydroservo.core.validation import allowed, checked, number
 from hydroservo.machine.plants.design_model import THIS_MACHINE, DesignModel
-from hydroservo.scenario.fits import check_maker, hints
+from hydroservo.scenario.fits import argument_types, check_maker
 from hydroservo.scenario.fmus import FMU, KEYS, fmu_class, names_fmu, own_keys
 from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.plugins import is_block_class, is_of_plugin
 from hydroservo.scenario.quantities import number_and_unit, si_value, unit_factor
-from hydroservo.scenario.records.series import axis_key, recorded
+from hydroservo.scenario.records.series import axis_key, read_curve
 from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_role
-from hydroservo.scenario.tables import Entry, Layer, Table
+from hydroservo.scenario.tables import Layer, LayeredTable, TableEntry
 
 FULL, POINTS = "full", "points"
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
@@ -31,15 +31,15 @@ VELOCITY = Velocity().declared()
 SIGNALS = ("controls", "inner_controls")  # by which a block says what the units of its other numbers are of
 
 
-def curve_from(table: Table, field: Field | None) -> Curve:
+def curve_from(table: LayeredTable, field: Field | None) -> Curve:
     """The curve that a table names a file of, or whose points it has.
 
-    A file is read by :func:`~hydroservo.scenario.records.recorded`; points are pairs of x and y, such as
+    A file is read by :func:`~hydroservo.scenario.records.read_curve`; points are pairs of x and y, such as
     ``{points = [["0 m/s", "130 V/m"], ["0.25 m/s", "55 V/m"]]}``. Of a curve over a share, ``full = "10 V"``
     says what 100 % is where its axis has another unit.
     """
     if field is None or field.over or not table.has(FULL):
-        return points(table, field) if table.has(POINTS) else of_file(table, field)
+        return curve_from_points(table, field) if table.has(POINTS) else curve_from_file(table, field)
     entry = table.entry(FULL)
     try:
         size, unit = number_and_unit(entry.value if isinstance(entry.value, str) else "", "V")
@@ -52,7 +52,7 @@ def curve_from(table: Table, field: Field | None) -> Curve:
     return Curve.from_samples(found.knots / float(size), found.samples)
 
 
-def without(table: Table, name: str) -> Table:
+def without(table: LayeredTable, name: str) -> LayeredTable:
     """A table without a key."""
     layers = [
         Layer(origin, {key: value for key, value in given.items() if key != name})
@@ -61,24 +61,25 @@ def without(table: Table, name: str) -> Table:
     return table._replace(layers=tuple(layers))
 
 
-def of_file(table: Table, field: Field | None) -> Curve:
+def curve_from_file(table: LayeredTable, field: Field | None) -> Curve:
     """The curve of a file."""
     if not table.has("file"):
         like = f'{{file = "curve.csv", column = "y", {axis_key(field)} = "x"}}'
         raise table.error(f"a file is needed, or points: {like}")
-    return recorded(table, field)
+    return read_curve(table, field)
 
 
-def points(table: Table, field: Field | None) -> Curve:
+def curve_from_points(table: LayeredTable, field: Field | None) -> Curve:
     """The curve whose points a table has."""
     for name in table.names():
         if name != POINTS:
             raise table.entry(name).error(f"stands beside {table.key(POINTS)}; give one of them")
     entry, declared = table.entry(POINTS), field or Field("", "", over="")
     if not isinstance(entry.value, list):
-        raise entry.error(f"must be a list of pairs: {example(declared)}")
+        raise entry.error(f"must be a list of pairs: {example_points(declared)}")
     pairs = [
-        pair(Entry(entry.origin, f"{entry.key}[{i}]", one), declared) for i, one in enumerate(entry.value)
+        point_from(TableEntry(entry.origin, f"{entry.key}[{i}]", one), declared)
+        for i, one in enumerate(entry.value)
     ]
     try:
         return Curve.from_samples([x for x, _ in pairs], [y for _, y in pairs])
@@ -86,15 +87,15 @@ def points(table: Table, field: Field | None) -> Curve:
         raise entry.error(str(error)) from None
 
 
-def pair(entry: Entry, field: Field) -> tuple[float, float]:
+def point_from(entry: TableEntry, field: Field) -> tuple[float, float]:
     """A point, in the units of its declaration."""
     if not isinstance(entry.value, list) or len(entry.value) != 2:
-        raise entry.error(f"must be a pair, as in {example(field)}")
+        raise entry.error(f"must be a pair, as in {example_points(field)}")
     x, y = entry.value
     return coordinate(entry._replace(value=x), field.over), coordinate(entry._replace(value=y), field.unit)
 
 
-def coordinate(entry: Entry, unit: str) -> float:
+def coordinate(entry: TableEntry, unit: str) -> float:
     """One number of a point, in a unit."""
     value: Any = entry.value
     if isinstance(value, str):
@@ -107,7 +108,7 @@ def coordinate(entry: Entry, unit: str) -> float:
     return float(value)
 
 
-def example(field: Field) -> str:
+def example_points(field: Field) -> str:
     """Two points as they are typed."""
     (x0, y0), (x1, y1) = ([f"{n} {unit}".strip() for unit in (field.over, field.unit)] for n in (0, 1))
     return f'[["{x0}", "{y0}"], ["{x1}", "{y1}"]]'
@@ -138,7 +139,7 @@ class Context(NamedTuple):
         return self if inside is None else self._replace(controlled=inside)
 
 
-class Argument(NamedTuple):
+class ConstructorArgument(NamedTuple):
     """A number that a constructor takes."""
 
     field: Field
@@ -150,7 +151,7 @@ class Draft(NamedTuple):
 
     maker: Maker
     members: Mapping[str, Any]  # the arguments: numbers, recorded signals, blocks and drafts of blocks
-    table: Table  # where they come from
+    table: LayeredTable  # where they come from
 
     def made(self) -> Block:
         """The block.
@@ -183,14 +184,14 @@ class Draft(NamedTuple):
                 members[name] = one.open_at(own) if own else one.made()
         return self._replace(members=members)
 
-    def arguments(self, prefix: str = "") -> Iterator[tuple[str, Argument]]:
+    def arguments(self, prefix: str = "") -> Iterator[tuple[str, ConstructorArgument]]:
         """Each float that a constructor takes, here or in a block, by its path after a prefix."""
         for name, one in self.members.items():
             if isinstance(one, Draft):
                 yield from one.arguments(f"{prefix}{name}.")
             elif isinstance(one, float) and not isinstance(self.maker, type):
                 field = declared_fields(self.maker).get(name, Field("", name))
-                yield prefix + name, Argument(field, one)
+                yield prefix + name, ConstructorArgument(field, one)
 
 
 def check_rated(members: Mapping[str, Any]) -> None:
@@ -206,7 +207,9 @@ def check_rated(members: Mapping[str, Any]) -> None:
         raise ParameterError("orifice.rated_opening", rated, f"must be at most max_opening, {reached:g} [m]")
 
 
-def draft(hint: Any, default: Block | None, table: Table, context: Context | None = None) -> Draft:
+def draft_block(
+    hint: Any, default: Block | None, table: LayeredTable, context: Context | None = None
+) -> Draft:
     """The block that a table describes, before it is made.
 
     Args:
@@ -217,7 +220,7 @@ def draft(hint: Any, default: Block | None, table: Table, context: Context | Non
     """
     context = context or Context()
     if names_fmu(hint, table):
-        return fmu_draft(hint, default, table, context)
+        return draft_fmu(hint, default, table, context)
     if hint is DesignModel:  # what a law believes, whatever its class believes by default
         default = context.nominal() if table.names() else THIS_MACHINE
     maker = maker_of(hint, default, table)
@@ -229,17 +232,17 @@ def draft(hint: Any, default: Block | None, table: Table, context: Context | Non
     for name in table.names():
         if name not in (*base, "type"):
             raise table.entry(name).unknown(name, base, table.with_key(name))
-    said = {name: member(maker, name, base[name], table, context) for name in base if name in SIGNALS}
+    said = {name: member_value(maker, name, base[name], table, context) for name in base if name in SIGNALS}
     signals = group({name: one.made() if isinstance(one, Draft) else one for name, one in said.items()})
     others = {
-        name: member(maker, name, base[name], table, context.below(signals, name))
+        name: member_value(maker, name, base[name], table, context.below(signals, name))
         for name in base
         if name not in said
     }
     return Draft(maker, {name: (said | others)[name] for name in base}, table)
 
 
-def fmu_draft(role: Any, default: Block | None, table: Table, context: Context) -> Draft:
+def draft_fmu(role: Any, default: Block | None, table: LayeredTable, context: Context) -> Draft:
     """The block of an FMU, before it is made."""
     present = "" if default is None else type(default).__name__
     keys = (*KEYS, *own_keys(role))
@@ -250,11 +253,13 @@ def fmu_draft(role: Any, default: Block | None, table: Table, context: Context) 
         if name not in (*keys, "type"):
             raise table.entry(name).unknown(name, keys)
     maker: Maker = fmu_class(role, table)
-    members = {name: member(maker, name, value, table, context) for name, value in defaults(maker).items()}
+    members = {
+        name: member_value(maker, name, value, table, context) for name, value in defaults(maker).items()
+    }
     return Draft(maker, members, table)
 
 
-def maker_of(hint: Any, default: Block | None, table: Table) -> Maker:
+def maker_of(hint: Any, default: Block | None, table: LayeredTable) -> Maker:
     """The class or constructor that a table's ``type`` names; without one, the class of the default."""
     if not table.has("type"):
         if default is not None:
@@ -265,7 +270,7 @@ def maker_of(hint: Any, default: Block | None, table: Table) -> Maker:
     return maker_named(hint, default, table.entry("type"))
 
 
-def maker_named(hint: Any, default: Block | None, entry: Entry) -> Maker:
+def maker_named(hint: Any, default: Block | None, entry: TableEntry) -> Maker:
     """The class or constructor that a ``type`` names."""
     if is_role(hint):
         return maker_in_role(hint, entry)
@@ -280,26 +285,26 @@ def type_names(hint: Any) -> list[str]:
     return names_in_role(hint) if is_role(hint) else [getattr(hint, "__name__", str(hint))]
 
 
-def member(maker: Maker, name: str, default: Any, table: Table, context: Context) -> Any:
+def member_value(maker: Maker, name: str, default: Any, table: LayeredTable, context: Context) -> Any:
     """The value of one argument: a draft of a block, a recorded signal or a number."""
-    hint = hints(maker).get(name)
+    hint = argument_types(maker).get(name)
     declared = declared_fields(maker).get(name)
     field = (declared or NO_FIELD).of(context.controlled)
     if hint is Curve:
         optional = isinstance(default, Curve) and default.coefficients.any() and not table.has(name)
         return default if optional else curve_from(table.table(name), field if declared else None)
     if is_role(hint) or is_block_class(hint) or is_block_class(type(default)):
-        return draft(hint, default, table.table(name), context)
+        return draft_block(hint, default, table.table(name), context)
     if table.has(name) and field.derived and not context.of_result:
         raise table.entry(name).error("is computed before a run; leave it out")
     if table.has(name) and not field.derived:
         return number_from(table.entry(name), field, hint)
     if default is None:
         raise table.error(f"{name} is missing; it {must_be(field, hint)}")
-    return number_from(Entry(table.origin, table.key(name), default), field, hint)
+    return number_from(TableEntry(table.origin, table.key(name), default), field, hint)
 
 
-def number_from(entry: Entry, field: Field, kind: Any) -> float | int | bool:
+def number_from(entry: TableEntry, field: Field, kind: Any) -> float | int | bool:
     """A number of its declared kind, unit and range."""
     if kind not in (bool, int, float):
         raise entry.error("cannot be a block's parameter: that is a float, an int or a bool")

@@ -30,8 +30,8 @@ def table_on_disk(
     columns = {
         field.name: xr.Variable(
             (index,),
-            indexing.LazilyIndexedArray(Column(store, keys, field.name, rows, kind_of(field.type))),
-            texts(field.metadata),
+            indexing.LazilyIndexedArray(StoredColumn(store, keys, field.name, rows, numpy_kind(field.type))),
+            decode_metadata(field.metadata),
         )
         for field in schema
         if field.name != index
@@ -39,7 +39,7 @@ def table_on_disk(
     return xr.Dataset(columns, attrs=dict(about))
 
 
-class Column(BackendArray):
+class StoredColumn(BackendArray):
     """A column of a store's parts, as xarray reads what is on disk."""
 
     def __init__(
@@ -60,11 +60,11 @@ class Column(BackendArray):
         return chosen
 
 
-def kind_of(arrow: Any) -> "np.dtype[Any]":
+def numpy_kind(arrow: Any) -> "np.dtype[Any]":
     """Which numpy type a column of Arrow is read as."""
     kind: np.dtype[Any] = np.dtype(arrow.to_pandas_dtype())
     return kind
 
 
-def texts(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
+def decode_metadata(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
     return {name.decode(): text.decode() for name, text in (metadata or {}).items()}

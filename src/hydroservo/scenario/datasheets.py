@@ -13,7 +13,7 @@ from hydroservo.core.nearest import nearest
 from hydroservo.core.validation import number
 from hydroservo.runs.columns import Columns, vector
 from hydroservo.scenario.build import Draft
-from hydroservo.scenario.load import Assembly, Machine, assembled
+from hydroservo.scenario.load import Assembly, MachineBlocks, assemble
 
 
 def datasheet_columns(
@@ -48,10 +48,10 @@ def datasheet_columns(
         ScenarioError: the path of no such argument, or a run's arguments that do not go together.
         ParameterError: a value out of its range, or arrays of different lengths.
     """
-    return columns_of(assembled(source, changes, plugins), values)
+    return made_columns(assemble(source, changes, plugins), values)
 
 
-def columns_of(
+def made_columns(
     assembly: Assembly, values: Mapping[str, ArrayLike], first: int = 0, always: Collection[str] = ()
 ) -> Columns:
     """As :func:`datasheet_columns`, of a scenario that is loaded already, for the runs from a number on.
@@ -90,10 +90,10 @@ def block_columns(
 ) -> Columns:
     """The numbers of one block of the loop that differ between runs, by path in the loop."""
     draft = assembly.drafts[name]
-    if name in Machine._fields:
+    if name in MachineBlocks._fields:
         draft = draft.replaced(assembly.truth.taken(name, assembly.arguments))
     draft = draft.open_at(values)
-    usual = made(assembly, name, draft)
+    usual = true_block(assembly, name, draft)
     found = {
         path: np.empty(next(iter(values.values())).size)
         for path, value in leaves(usual)
@@ -101,11 +101,11 @@ def block_columns(
     }
     for run, numbers in enumerate(zip(*(one.tolist() for one in values.values()), strict=True)):
         try:
-            block = made(assembly, name, draft.replaced(dict(zip(values, numbers, strict=True))))
+            block = true_block(assembly, name, draft.replaced(dict(zip(values, numbers, strict=True))))
         except ScenarioError as error:
             problem = f"{error.problem}, in run {first + run}"
             raise ScenarioError(error.file, error.key, problem) from None
-        if not alike(block, usual):
+        if not differ_only_in_floats(block, usual):
             where = f"in run {first + run}"
             problem = (
                 f"is a different block from the scenario's, not the same one with other numbers, {where}"
@@ -122,16 +122,16 @@ def block_columns(
     }
 
 
-def made(assembly: Assembly, name: str, draft: Draft) -> Block:
+def true_block(assembly: Assembly, name: str, draft: Draft) -> Block:
     """A block of the loop, as it truly is if it is of the machine."""
     block = draft.made()
-    return assembly.truth.true(block, name) if name in Machine._fields else block
+    return assembly.truth.true(block, name) if name in MachineBlocks._fields else block
 
 
-def alike(one: Any, other: Any) -> bool:
+def differ_only_in_floats(one: Any, other: Any) -> bool:
     """Whether two blocks differ in nothing but floats."""
     if type(one) is not type(other):
         return False
     if is_block(one):
-        return all(map(alike, one, other))
+        return all(map(differ_only_in_floats, one, other))
     return isinstance(one, float) or np.array_equal(one, other)

@@ -25,7 +25,7 @@ ROLES: tuple[type, ...] = tuple(
 )
 
 
-def said_roles(cls: type) -> tuple[type, ...]:
+def declared_roles(cls: type) -> tuple[type, ...]:
     """The roles that a class says it plays; none where it says nothing."""
     said = vars(cls).get("role", ()) if "role" not in getattr(cls, "_fields", ()) else ()
     several = said if isinstance(said, tuple) else (said,)
@@ -38,26 +38,26 @@ def said_roles(cls: type) -> tuple[type, ...]:
     return several
 
 
-def roles_of(cls: type) -> tuple[type, ...]:
+def possible_roles(cls: type) -> tuple[type, ...]:
     """The roles that a class can play: those it says, or, where it says none, all whose methods it has."""
-    return said_roles(cls) or tuple(role for role in ROLES if lacking(cls, role) is None)
+    return declared_roles(cls) or tuple(role for role in ROLES if missing_method(cls, role) is None)
 
 
-def misfit(cls: type, role: type) -> str | None:
+def role_problem(cls: type, role: type) -> str | None:
     """Why a class cannot take a role; None if it can.
 
     One that says its role has that alone; one that does not may take any role whose methods it has.
     """
-    said = said_roles(cls)
+    said = declared_roles(cls)
     if said and role not in said:
         return f"it says that its role is {' and '.join(one.__name__ for one in said)}"
-    return lacking(cls, role)
+    return missing_method(cls, role)
 
 
-def check_said(cls: type) -> None:
+def check_declared_roles(cls: type) -> None:
     """Refuse a class that has not what the roles that it says ask for, or a hook that cannot be called."""
-    for role in said_roles(cls):
-        problem = lacking(cls, role) or wrong_hook(cls, role)
+    for role in declared_roles(cls):
+        problem = missing_method(cls, role) or wrong_hook(cls, role)
         if problem is not None:
             raise ValueError(f"{cls.__name__} says that its role is {role.__name__}: {problem}")
 
@@ -68,14 +68,14 @@ def a_role(role: type) -> str:
 
 
 @cache
-def lacking(cls: type, role: type) -> str | None:
+def missing_method(cls: type, role: type) -> str | None:
     """Which method of a role a class has not, or not with as many arguments; None if it has all."""
     for name, wanted in role_methods(role).items():
         method = getattr(cls, name, None)
         if not isinstance(method, FunctionType):
-            return f"it has no method {name}{shown(wanted)}"
-        if not takes(method, len(wanted)):
-            return f"its method {name} must be {name}{shown(wanted)}"
+            return f"it has no method {name}{signature_text(wanted)}"
+        if not takes_count(method, len(wanted)):
+            return f"its method {name} must be {name}{signature_text(wanted)}"
     return None
 
 
@@ -85,8 +85,8 @@ def wrong_hook(cls: type, role: type) -> str | None:
         method = getattr(cls, hook.name, None)
         if hook.role in (None, role) and hook.arguments is not None and isinstance(method, FunctionType):
             wanted = ("self", *hook.arguments)
-            if not takes(method, len(wanted)):
-                return f"its method {hook.name} must be {hook.name}{shown(wanted)}"
+            if not takes_count(method, len(wanted)):
+                return f"its method {hook.name} must be {hook.name}{signature_text(wanted)}"
     return None
 
 
@@ -100,11 +100,11 @@ def role_methods(role: type) -> dict[str, tuple[str, ...]]:
     }
 
 
-def shown(arguments: Sequence[str]) -> str:
+def signature_text(arguments: Sequence[str]) -> str:
     return f"({', '.join(arguments)})"
 
 
-def takes(method: FunctionType, count: int) -> bool:
+def takes_count(method: FunctionType, count: int) -> bool:
     """Whether a function can be called with so many arguments by position."""
     try:
         inspect.signature(method).bind(*[None] * count)
@@ -121,15 +121,15 @@ def check_maker(maker: Any) -> None:
         maker: a block's class, or a classmethod of it whose arguments are declared as fields.
     """
     cls = maker if isinstance(maker, type) else maker.__self__
-    fields, kinds = declared_fields(maker), hints(maker)
+    fields, kinds = declared_fields(maker), argument_types(maker)
     for name, parameter in inspect.signature(maker).parameters.items():
-        problem = problem_of(name, fields.get(name), kinds.get(name), parameter.default)
+        problem = argument_problem(name, fields.get(name), kinds.get(name), parameter.default)
         if problem:
-            line = line_of(cls, name if maker is cls else maker.__name__)
-            raise ScenarioError(shown_file(cls), f"line {line}", f"{cls.__name__}.{problem}")
+            line = class_line(cls, name if maker is cls else maker.__name__)
+            raise ScenarioError(relative_source_file(cls), f"line {line}", f"{cls.__name__}.{problem}")
 
 
-def problem_of(name: str, field: Field | None, kind: Any, default: Any) -> str:
+def argument_problem(name: str, field: Field | None, kind: Any, default: Any) -> str:
     """What is wrong with an argument, with its name; "" for nothing."""
     if kind is str:
         return f"{name} {TEXT}"
@@ -148,14 +148,14 @@ def problem_of(name: str, field: Field | None, kind: Any, default: Any) -> str:
     return ""
 
 
-def shown_file(cls: type) -> str:
+def relative_source_file(cls: type) -> str:
     """The file of a class, from the current folder where it is in that."""
-    file = Path(file_of(cls))
+    file = Path(source_file(cls))
     return str(file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file)
 
 
 @cache
-def hints(maker: Any) -> dict[str, Any]:
+def argument_types(maker: Any) -> dict[str, Any]:
     """The type of each argument, without its Field."""
     found = get_type_hints(maker, include_extras=True)
     return {
@@ -163,7 +163,7 @@ def hints(maker: Any) -> dict[str, Any]:
     }
 
 
-def line_of(cls: type, member: str = "") -> int:
+def class_line(cls: type, member: str = "") -> int:
     """The line of a class, or of a field or method of it, in its file; 0 where the text is not there."""
     try:
         lines, first = inspect.getsourcelines(cls)
@@ -171,11 +171,11 @@ def line_of(cls: type, member: str = "") -> int:
     except (OSError, TypeError, SyntaxError):
         return 0
     defined = next(node for node in tree.body if isinstance(node, ast.ClassDef))
-    named = {name_of(node): node.lineno for node in defined.body}
+    named = {member_name(node): node.lineno for node in defined.body}
     return first - 1 + (named.get(member, 0) or defined.lineno)
 
 
-def name_of(node: ast.stmt) -> str | None:
+def member_name(node: ast.stmt) -> str | None:
     """The name of a field or method; None of anything else."""
     if isinstance(node, ast.AnnAssign):
         return ast.unparse(node.target)
@@ -185,10 +185,10 @@ def name_of(node: ast.stmt) -> str | None:
 def line_reached(error: BaseException, cls: type) -> int:
     """The last line of a class's file that an error went through; 0 for none."""
     frames = traceback.extract_tb(error.__traceback__)
-    return next((one.lineno or 0 for one in reversed(frames) if one.filename == file_of(cls)), 0)
+    return next((one.lineno or 0 for one in reversed(frames) if one.filename == source_file(cls)), 0)
 
 
-def file_of(cls: type) -> str:
+def source_file(cls: type) -> str:
     """The file of a class; "" where there is none."""
     try:
         return inspect.getsourcefile(cls) or ""

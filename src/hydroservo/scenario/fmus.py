@@ -17,18 +17,18 @@ from hydroservo.cosimulation import (
     MACHINE_INPUTS,
     MACHINE_OUTPUTS,
     Fmu,
+    FmuVariable,
     Foreign,
     ForeignLoad,
     ForeignMachine,
     Parameter,
-    Variable,
     Wire,
-    class_of,
     digest_of,
+    fmu_block_class,
     read_fmu,
 )
 from hydroservo.scenario.quantities import si_value, unit_factor
-from hydroservo.scenario.tables import Entry, Table
+from hydroservo.scenario.tables import LayeredTable, TableEntry
 
 FMU = "FMU"
 KEYS = ("file", "signals", "parameters")
@@ -37,10 +37,10 @@ ELEMENT = re.compile(r"(.*)\[([1-9][0-9]{0,5})\]")
 SETTABLE = ("parameter", "structuralParameter", "input")
 ANSWERED = ("output", "local", "calculatedParameter")
 
-allowed: set[str] = set()  # digests of the FMUs that the user, and no scenario, allowed to run
+allowed_digests: set[str] = set()  # digests of the FMUs that the user, and no scenario, allowed to run
 
 
-class Signals(NamedTuple):
+class RoleSignals(NamedTuple):
     """The signals of a role, each with its SI unit, and other names that variables may have for them."""
 
     block: Any  # the class that has no FMU yet
@@ -50,8 +50,8 @@ class Signals(NamedTuple):
 
 
 SIGNALS = {
-    Load: Signals(ForeignLoad, LOAD_INPUTS, LOAD_OUTPUTS, {}),
-    Plant: Signals(
+    Load: RoleSignals(ForeignLoad, LOAD_INPUTS, LOAD_OUTPUTS, {}),
+    Plant: RoleSignals(
         ForeignMachine,
         MACHINE_INPUTS,
         MACHINE_OUTPUTS,
@@ -63,12 +63,12 @@ SIGNALS = {
 def allow_fmu(path: Path) -> None:
     """Allow scenarios to name an FMU, whose native code then runs; as for a plug-in, only the user can."""
     try:
-        allowed.add(read_fmu(path.resolve()).digest)
+        allowed_digests.add(read_fmu(path.resolve()).digest)
     except HydroservoError as error:
         raise ScenarioError(str(path), "", str(error)) from None
 
 
-def names_fmu(hint: Any, table: Table) -> bool:
+def names_fmu(hint: Any, table: LayeredTable) -> bool:
     """Whether a table is that of an FMU in a role that one can have."""
     return hint in SIGNALS and table.has("type") and table.entry("type").value == FMU
 
@@ -78,28 +78,28 @@ def own_keys(role: Any) -> tuple[str, ...]:
     return tuple(name for name in SIGNALS[role].block._fields if name != "held")
 
 
-def fmu_class(role: Any, table: Table) -> type[Block]:
+def fmu_class(role: Any, table: LayeredTable) -> type[Block]:
     """The class of blocks of the FMU that a table describes."""
     if not table.has("file"):
         raise table.error('a file is needed: file = "machine.fmu"')
     entry, signals = table.entry("file"), SIGNALS[role]
-    fmu = fmu_of(entry)
+    fmu = allowed_fmu(entry)
     named = table.table("signals")
     known = {**signals.inputs, **signals.outputs}
     for name in named.names():
         if name not in known:
             raise named.entry(name).unknown(name, known)
     inputs, outputs = (
-        tuple(wires(fmu, named, side, signals.others, kinds))
+        tuple(wires_of_side(fmu, named, side, signals.others, kinds))
         for side, kinds in ((signals.inputs, ("input",)), (signals.outputs, ANSWERED))
     )
     check_wires(fmu, table, inputs, outputs, signals)
-    given = tuple(parameters(fmu, table.table("parameters"), {wire.variable for wire in inputs}))
-    found: type[Block] = class_of(signals.block, Foreign(fmu, inputs, outputs, given))
+    given = tuple(fmu_parameters(fmu, table.table("parameters"), {wire.variable for wire in inputs}))
+    found: type[Block] = fmu_block_class(signals.block, Foreign(fmu, inputs, outputs, given))
     return found
 
 
-def fmu_of(entry: Entry) -> Fmu:
+def allowed_fmu(entry: TableEntry) -> Fmu:
     """The FMU that a scenario's ``file`` names."""
     if not isinstance(entry.value, str):
         raise entry.error("must be a string, the name of a file")
@@ -107,7 +107,7 @@ def fmu_of(entry: Entry) -> Fmu:
     if not path.is_file():
         raise entry.error(f"there is no such file in {short(str(entry.origin.folder.absolute()))}")
     try:
-        if digest_of(path) in allowed:
+        if digest_of(path) in allowed_digests:
             return read_fmu(path)
     except HydroservoError as error:
         raise entry.error(str(error)) from None
@@ -117,7 +117,7 @@ def fmu_of(entry: Entry) -> Fmu:
 
 
 def check_wires(
-    fmu: Fmu, table: Table, inputs: Sequence[Wire], outputs: Sequence[Wire], signals: Signals
+    fmu: Fmu, table: LayeredTable, inputs: Sequence[Wire], outputs: Sequence[Wire], signals: RoleSignals
 ) -> None:
     """Refuse an FMU of which nothing is used, or that is given nothing."""
     there = [one.name for one in fmu.variables.values() if one.causality == "input" and one.is_real]
@@ -131,8 +131,8 @@ def check_wires(
         raise table.error(f"name an output of the FMU in signals.{names}; it has {', '.join(there[:8])}")
 
 
-def wires(
-    fmu: Fmu, named: Table, side: Mapping[str, str], others: Mapping[str, str], kinds: Sequence[str]
+def wires_of_side(
+    fmu: Fmu, named: LayeredTable, side: Mapping[str, str], others: Mapping[str, str], kinds: Sequence[str]
 ) -> Iterator[Wire]:
     """The wires of one side: those that are named, and those whose variables have the signals' own names."""
     for signal, unit in side.items():
@@ -146,12 +146,12 @@ def wires(
         for name in (signal, others.get(signal, signal)):
             variable = fmu.variables.get(name)
             if variable is not None and variable.causality in kinds and variable.is_real:
-                entry = Entry(named.origin, named.key(signal), name)
-                yield Wire(signal, name, 0, factor(variable, "", unit, entry))
+                entry = TableEntry(named.origin, named.key(signal), name)
+                yield Wire(signal, name, 0, wire_factor(variable, "", unit, entry))
                 break
 
 
-def named_wire(fmu: Fmu, entry: Entry, signal: str, unit: str, kinds: Sequence[str]) -> Wire:
+def named_wire(fmu: Fmu, entry: TableEntry, signal: str, unit: str, kinds: Sequence[str]) -> Wire:
     """The wire of a signal to "x", "x [mm]" or "x[2]"."""
     if not isinstance(entry.value, str):
         raise entry.error("must be a string, the name of a variable of the FMU")
@@ -168,10 +168,10 @@ def named_wire(fmu: Fmu, entry: Entry, signal: str, unit: str, kinds: Sequence[s
         wanted = "an input" if kinds == ("input",) else "an output"
         kind = f"{variable.causality} of type {variable.kind}"
         raise entry.error(f"must be {wanted} of real numbers, and is {kind}")
-    return Wire(signal, name, place, factor(variable, given, unit, entry))
+    return Wire(signal, name, place, wire_factor(variable, given, unit, entry))
 
 
-def factor(variable: Variable, given: str, unit: str, entry: Entry) -> float:
+def wire_factor(variable: FmuVariable, given: str, unit: str, entry: TableEntry) -> float:
     """How many of an SI unit one of a variable's unit is; 1 where nothing names one."""
     if given and variable.unit:
         raise entry.error(f"has the unit {variable.unit} in the FMU already; leave [{given}] out")
@@ -185,29 +185,32 @@ def factor(variable: Variable, given: str, unit: str, entry: Entry) -> float:
         raise entry.error(f"is in {given or variable.unit} and {error}") from None
 
 
-def parameters(fmu: Fmu, table: Table, wired: set[str]) -> Iterator[tuple[str, Parameter]]:
+def fmu_parameters(fmu: Fmu, table: LayeredTable, wired: set[str]) -> Iterator[tuple[str, Parameter]]:
     """What a table of parameters gives, in the FMU's own units."""
     settable = [one.name for one in fmu.variables.values() if one.settable and one.causality in SETTABLE]
     for name, entry in table.entries():
         if name not in settable or name in wired:
             why = "is given by a signal" if name in wired else "is not a parameter of the FMU that can be set"
             raise entry.error(f"{why}{'' if name in wired else nearest(name, settable)}")
-        yield name, tuple(one_value(fmu.variables[name], value, entry) for value in flattened(entry.value))
+        yield (
+            name,
+            tuple(parameter_value(fmu.variables[name], value, entry) for value in flatten_list(entry.value)),
+        )
 
 
-def flattened(value: Any) -> list[Any]:
+def flatten_list(value: Any) -> list[Any]:
     """A number, or those of nested lists row by row."""
-    return [one for part in value for one in flattened(part)] if isinstance(value, list) else [value]
+    return [one for part in value for one in flatten_list(part)] if isinstance(value, list) else [value]
 
 
-def one_value(variable: Variable, value: Any, entry: Entry) -> float | bool | str:
+def parameter_value(variable: FmuVariable, value: Any, entry: TableEntry) -> float | bool | str:
     """A number as a variable takes it."""
     if variable.kind == "String" and isinstance(value, str):
         return value
     if variable.kind == "Boolean" and isinstance(value, bool):
         return value
     if variable.is_real and isinstance(value, str) and variable.unit:
-        return with_unit(variable, value, entry)
+        return quantity_in_own_unit(variable, value, entry)
     whole = not variable.is_real and variable.kind not in ("String", "Boolean")
     number = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
     if variable.kind in ("String", "Boolean", "Binary", "Clock") or not number or not math.isfinite(value):
@@ -215,7 +218,7 @@ def one_value(variable: Variable, value: Any, entry: Entry) -> float | bool | st
     return value if whole else float(value)
 
 
-def with_unit(variable: Variable, value: str, entry: Entry) -> float:
+def quantity_in_own_unit(variable: FmuVariable, value: str, entry: TableEntry) -> float:
     """A quantity such as "2 kN/m" in a variable's own unit."""
     base = "" if variable.in_base_units == "1" else variable.in_base_units or variable.unit
     try:

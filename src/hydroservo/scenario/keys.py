@@ -16,7 +16,7 @@ from hydroservo.core.field import CONTROLLED, Field, declared_fields
 from hydroservo.core.nearest import nearest
 from hydroservo.core.roles import Monitor
 from hydroservo.core.roles.saying import is_role
-from hydroservo.scenario.fits import ROLES, hints, roles_of
+from hydroservo.scenario.fits import ROLES, argument_types, possible_roles
 from hydroservo.scenario.layers import is_builtin
 from hydroservo.scenario.plugins import is_block_class
 from hydroservo.scenario.registry import Maker, known_classes, makers, makers_in_role
@@ -78,7 +78,7 @@ class Key(NamedTuple):
             "name": self.name,
             "default": self.shown,
             "unit": f"{field.unit or 1} over {field.over or 1}" if self.kind is Curve else field.unit,
-            "range": range_of(field),
+            "range": range_text(field),
             "meaning": self.meaning,
             "source": field.source,
         }
@@ -86,7 +86,7 @@ class Key(NamedTuple):
 
 def keys_of(maker: Maker) -> list[Key]:
     """The keys of a table whose ``type`` names a block's class, or a constructor of one, in their order."""
-    kinds, fields = hints(maker), declared_fields(maker)
+    kinds, fields = argument_types(maker), declared_fields(maker)
     return [
         Key(name, kinds.get(name), default, fields.get(name)) for name, default in defaults(maker).items()
     ]
@@ -104,7 +104,7 @@ def defaults(maker: Maker) -> Mapping[str, Any]:
     return {name: known.get(name) for name in names}
 
 
-def range_of(field: Field) -> str:
+def range_text(field: Field) -> str:
     """The range of a number, such as ``> 0, ≤ 1``; empty where it may be any."""
     limits = ((">", field.above), ("≥", field.at_least), ("<", field.below), ("≤", field.at_most))
     found = [f"{sign} {limit:g}" for sign, limit in limits if limit is not None]
@@ -133,7 +133,7 @@ class Description(NamedTuple):
 
 def types_by_role() -> dict[str, list[str]]:
     """The types of each role that has some, those of a scenario's tables first."""
-    tables = [role for role in hints(Loop).values() if role in ROLES]
+    tables = [role for role in argument_types(Loop).values() if role in ROLES]
     rest = [role for role in ROLES if role not in tables]
     found = {role.__name__: [*makers_in_role(role)] for role in (*tables, *rest)}
     return {name: types for name, types in found.items() if types}
@@ -141,17 +141,17 @@ def types_by_role() -> dict[str, list[str]]:
 
 def role_named(name: str) -> Mapping[str, Maker]:
     """The types of a role, or of a table of a scenario, by their names; none where it is neither."""
-    role = Monitor if name.lower() == "metrics" else hints(Loop).get(name.lower())
+    role = Monitor if name.lower() == "metrics" else argument_types(Loop).get(name.lower())
     if role not in ROLES:
         role = next((one for one in ROLES if one.__name__.lower() == name.lower()), None)
     return {} if role is None else makers_in_role(role)
 
 
-def descriptions(name: str) -> list[Description]:
+def describe_types(name: str) -> list[Description]:
     """The types of a name in words; there are several where blocks of different roles share it."""
     named = [(cls, maker) for cls in known_classes() if (maker := makers(cls).get(name)) is not None]
     if not named and name.lower() == SETTINGS:
-        return [Description(SETTINGS, ["table"], plain(Simulation), keys_of(Simulation))]
+        return [Description(SETTINGS, ["table"], docstring_text(Simulation), keys_of(Simulation))]
     if not named:
         types = types_by_role()
         known = [SETTINGS, *types, *(name for names in types.values() for name in names)]
@@ -159,17 +159,19 @@ def descriptions(name: str) -> list[Description]:
         problem = f"is not a type, role or table of a scenario{shown or nearest(name, known)}"
         raise ParameterError("name", name, problem)
     return [
-        Description(name, [role.__name__ for role in roles_of(cls)], plain(maker), keys_of(maker))
+        Description(
+            name, [role.__name__ for role in possible_roles(cls)], docstring_text(maker), keys_of(maker)
+        )
         for cls, maker in named
     ]
 
 
-def summary(maker: Maker) -> str:
+def first_sentence(maker: Maker) -> str:
     """The first sentence of what a type says of itself."""
-    return plain(maker).partition("\n\n")[0].replace("\n", " ")
+    return docstring_text(maker).partition("\n\n")[0].replace("\n", " ")
 
 
-def plain(maker: Maker) -> str:
+def docstring_text(maker: Maker) -> str:
     """What a type says of itself, without marks of reStructuredText."""
     text = ROLE_IN_TEXT.sub(r"\1", inspect.cleandoc(maker.__doc__ or ""))
     return re.sub(r"::$", ":", text.replace("``", ""), flags=re.M)

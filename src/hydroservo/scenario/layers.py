@@ -11,7 +11,7 @@ from hydroservo.core.builtin import texts, titles
 from hydroservo.core.errors import ParameterError, ScenarioError, one_line, short
 from hydroservo.core.inputs import exists, read_text
 from hydroservo.core.nearest import nearest
-from hydroservo.scenario.tables import DEEPEST, Entry, Layer, Origin, Table, parsed
+from hydroservo.scenario.tables import DEEPEST, FileOrigin, Layer, LayeredTable, TableEntry, parse_toml
 
 LARGEST = 1 << 20  # bytes; a scenario is a few thousand
 KINDS = {"scenario": "scenario", "studies": "study"}  # of what is built in, by its room
@@ -36,24 +36,24 @@ def scenario_source(source: str | Path) -> str:
     Raises:
         ScenarioError: there is no such scenario, or its file cannot be read.
     """
-    return located(source)[1]
+    return locate_source(source)[1]
 
 
-def located(source: str | Path, room: str = "scenario") -> tuple[Origin, str]:
+def locate_source(source: str | Path, room: str = "scenario") -> tuple[FileOrigin, str]:
     """Where a scenario comes from, and its text; or a study, in the room ``studies``."""
     kind = KINDS[room]
     if not isinstance(source, str | Path):
         raise ParameterError("source", source, f"must be the name of a {kind}, or the path of a file")
     if isinstance(source, str) and source in texts(room):
-        return Origin(source, Path()), texts(room)[source]
+        return FileOrigin(source, Path()), texts(room)[source]
     path, name = Path(source), one_line(str(source))
     if not exists(path):
-        near = nearest(name, titles(room)) or nearest(path.name, beside(path))
+        near = nearest(name, titles(room)) or nearest(path.name, toml_files_beside(path))
         raise ScenarioError(name, "", f"there is no such file, and no built-in {kind} of that name{near}")
-    return Origin(name, path.parent), read_text(path, LARGEST, name)
+    return FileOrigin(name, path.parent), read_text(path, LARGEST, name)
 
 
-def beside(path: Path) -> list[str]:
+def toml_files_beside(path: Path) -> list[str]:
     """The names of TOML files in the folder of a path; none where it cannot be listed."""
     try:
         return [one.name for one in path.parent.glob("*.toml")]
@@ -61,7 +61,7 @@ def beside(path: Path) -> list[str]:
         return []
 
 
-def named_source(entry: Entry) -> str | Path:
+def named_source(entry: TableEntry) -> str | Path:
     """The scenario that a value names: a built-in one, or a path from the folder of its own file."""
     if not isinstance(entry.value, str):
         raise entry.error("must be a string: the name of a built-in scenario, or the path of a file")
@@ -121,10 +121,10 @@ def toml_value(text: str) -> Any:
     return tables["value"] if len(tables) == 1 else text
 
 
-def nested(changes: Mapping[str, object]) -> dict[str, Any]:
+def nest_changes(changes: Mapping[str, object]) -> dict[str, Any]:
     """Changes by dotted path as nested tables."""
     tables: dict[str, Any] = {}
-    for path, value in flat(changes, ""):
+    for path, value in flatten_changes(changes, ""):
         *parents, name = path.split(".")
         table = tables
         for parent in parents:
@@ -141,7 +141,7 @@ def nested(changes: Mapping[str, object]) -> dict[str, Any]:
     return tables
 
 
-def flat(changes: Mapping[str, object], prefix: str) -> Iterator[tuple[str, object]]:
+def flatten_changes(changes: Mapping[str, object], prefix: str) -> Iterator[tuple[str, object]]:
     """Dotted paths and what is given at each: values, and tables only if they are empty."""
     for name, value in changes.items():
         path = f"{prefix}{name}"
@@ -150,19 +150,19 @@ def flat(changes: Mapping[str, object], prefix: str) -> Iterator[tuple[str, obje
         if path.count(".") >= DEEPEST:
             raise ScenarioError(OVERRIDES, short(path), f"must have at most {DEEPEST} parts")
         if isinstance(value, Mapping) and value:
-            yield from flat(value, f"{path}.")
+            yield from flatten_changes(value, f"{path}.")
         else:
             yield path, value
 
 
-def layered(source: str | Path, changes: Mapping[str, object]) -> Table:
+def layered_table(source: str | Path, changes: Mapping[str, object]) -> LayeredTable:
     """The tables of a scenario over those of what it builds on, and what overrides them on top."""
-    overriding = nested(changes)
+    overriding = nest_changes(changes)
     if BASE in overriding:
         raise ScenarioError(OVERRIDES, BASE, "cannot be overridden; write a file of your own with that base")
     files = layers_of(source)
-    origin = Origin(f"{files[0].origin.name}, overridden", Path())
-    return Table("", (Layer(origin, overriding), *files))
+    origin = FileOrigin(f"{files[0].origin.name}, overridden", Path())
+    return LayeredTable("", (Layer(origin, overriding), *files))
 
 
 def layers_of(source: str | Path) -> list[Layer]:
@@ -170,13 +170,13 @@ def layers_of(source: str | Path) -> list[Layer]:
     found: list[Layer] = []
     places: list[str | Path] = []
     while True:
-        origin, text = located(source)
-        tables = builtin_tables(source) if is_builtin(source) else parsed(text, origin.name)
+        origin, text = locate_source(source)
+        tables = builtin_tables(source) if is_builtin(source) else parse_toml(text, origin.name)
         found.append(Layer(origin, {name: value for name, value in tables.items() if name != BASE}))
         if BASE not in tables:
             return found
         places.append(same_place(source))
-        entry = Entry(origin, BASE, tables[BASE])
+        entry = TableEntry(origin, BASE, tables[BASE])
         source = named_source(entry)
         if same_place(source) in places:
             first = places.index(same_place(source))
@@ -189,4 +189,4 @@ def layers_of(source: str | Path) -> list[Layer]:
 @cache
 def builtin_tables(name: str) -> Mapping[str, Any]:
     """The tables of a built-in scenario, parsed once: many build on the same few, and none writes in them."""
-    return parsed(builtin_texts()[name], name)
+    return parse_toml(builtin_texts()[name], name)

@@ -19,10 +19,10 @@ from hydroservo.cosimulation import ForeignMachine, NoSupply, ThroughFmu
 from hydroservo.machine.plants.design_model import DesignModel
 from hydroservo.machine.valves.no_valve import NoValve
 from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
-from hydroservo.scenario.build import Argument, Context, Draft, draft
-from hydroservo.scenario.fits import hints
+from hydroservo.scenario.build import ConstructorArgument, Context, Draft, draft_block
+from hydroservo.scenario.fits import argument_types
 from hydroservo.scenario.fmus import names_fmu
-from hydroservo.scenario.layers import layered
+from hydroservo.scenario.layers import layered_table
 from hydroservo.scenario.other_tables import (
     Truth,
     full_scale_in,
@@ -30,20 +30,20 @@ from hydroservo.scenario.other_tables import (
     log_ranges,
     metrics_in,
     start_in,
-    start_written_out,
     truth_of,
+    write_out_start,
 )
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
-from hydroservo.scenario.search import Search, tune_search
-from hydroservo.scenario.tables import Entry, Table
+from hydroservo.scenario.search import SearchSettings, tune_search
+from hydroservo.scenario.tables import LayeredTable, TableEntry
 
 FIRST = ("plant", "valve", "supply", "drive", "load", "metrics", "controls", "start", "command")
 INSIDE: Mapping[str, Block] = {"valve": NoValve(), "supply": NoSupply(), "drive": ThroughFmu()}  # of an FMU
 DIGITAL = tuple(name for name in Loop._fields if name not in FIRST)
 
 
-class Machine(NamedTuple):
+class MachineBlocks(NamedTuple):
     """What a scenario may say the truth of."""
 
     plant: Block
@@ -57,13 +57,15 @@ class Assembly(NamedTuple):
     """A loop, and what it was made of."""
 
     loop: Loop
-    nominal: Machine  # before its uncertainty and truth
+    nominal: MachineBlocks  # before its uncertainty and truth
     drafts: Mapping[str, Draft]  # by field of the loop, those of the nominal machine
     truth: Truth
-    arguments: Mapping[str, Argument]  # of constructors, by the path that changes take, nominal ones
-    search: Search  # of the loop's numbers
-    log_columns: Mapping[str, Entry] = {}  # of a log, by the signal that they hold
-    log_ranges: Mapping[str, Entry] = {}  # of what is sought in logs, by path
+    arguments: Mapping[
+        str, ConstructorArgument
+    ]  # of constructors, by the path that changes take, nominal ones
+    search: SearchSettings  # of the loop's numbers
+    log_columns: Mapping[str, TableEntry] = {}  # of a log, by the signal that they hold
+    log_ranges: Mapping[str, TableEntry] = {}  # of what is sought in logs, by path
 
 
 def load_scenario(
@@ -93,10 +95,10 @@ def load_scenario(
         ScenarioError: in one line, the file, the key, the value and what is allowed.
         ParameterError: an argument is of another kind.
     """
-    return assembled(source, changes, plugins).loop
+    return assemble(source, changes, plugins).loop
 
 
-def assembled(
+def assemble(
     source: str | Path, changes: Mapping[str, object] | None = None, plugins: Sequence[str | Path] = ()
 ) -> Assembly:
     """What :func:`load_scenario` returns, with what it was made of.
@@ -107,38 +109,38 @@ def assembled(
     given = checked_mapping("changes", {} if changes is None else changes, "paths to values")
     for plugin in as_list("plugins", plugins, "files, such as ['my_controller.py']"):
         load_plugin(checked_path("plugins", plugin))
-    scenario = start_written_out(layered(source, given))
-    check_tables(scenario)
+    scenario = write_out_start(layered_table(source, given))
+    check_scenario_tables(scenario)
     scale = full_scale_in(scenario.table("command"))
     with commands_in(scale):
-        found = assembly_of(scenario)
+        found = assemble_tables(scenario)
     note_command_scale(scale)
     return found
 
 
-def assembly_of(scenario: Table) -> Assembly:
+def assemble_tables(scenario: LayeredTable) -> Assembly:
     """The loop that tables describe, and what it is made of."""
     own = {} if not names_fmu(Plant, scenario.table("plant")) else INSIDE
-    drafts = {name: part(scenario, name, default=own.get(name)) for name in Machine._fields}
-    machine = Machine(**{name: one.made() for name, one in drafts.items()})
-    controls = part(scenario, "controls").made()
-    context = Context(partial(believed_in, machine, scenario), controls.declared(), scenario.has("type"))
-    drafts |= {name: part(scenario, name, context) for name in DIGITAL}
+    drafts = {name: draft_part(scenario, name, default=own.get(name)) for name in MachineBlocks._fields}
+    machine = MachineBlocks(**{name: one.made() for name, one in drafts.items()})
+    controls = draft_part(scenario, "controls").made()
+    context = Context(partial(believed_machine, machine, scenario), controls.declared(), scenario.has("type"))
+    drafts |= {name: draft_part(scenario, name, context) for name in DIGITAL}
     digital = {name: drafts[name].made() for name in DIGITAL}
-    with answers(scenario):
+    with errors_name_tables(scenario):
         blocks = Loop(**machine._asdict(), **digital, controls=controls, command=command_scale())
-        loop = wired(alone(blocks))
+        loop = wired(drop_blocks_inside_fmu(blocks))
     loop = loop._replace(metrics=metrics_in(scenario.table("metrics"), loop))
     loop = loop._replace(start=start_in(scenario.table("start"), loop))
     arguments = arguments_of(drafts, machine)
     truth = truth_of(scenario, machine, arguments)
-    loop = alone(true_machine(scenario, loop, machine, drafts, arguments, truth))
+    loop = drop_blocks_inside_fmu(true_machine(scenario, loop, machine, drafts, arguments, truth))
     search = tune_search(scenario, loop, arguments)
     ranges = log_ranges(scenario, loop, arguments)
     return Assembly(loop, machine, drafts, truth, arguments, search, log_columns(scenario), ranges)
 
 
-def alone(loop: Loop) -> Loop:
+def drop_blocks_inside_fmu(loop: Loop) -> Loop:
     """A loop whose machine is an FMU without valve, supply and drive beside it, which its law alone knows."""
     if not isinstance(loop.plant, ForeignMachine):
         return loop
@@ -146,7 +148,7 @@ def alone(loop: Loop) -> Loop:
     return loop._replace(controller=controller, **INSIDE)
 
 
-def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Argument]:
+def arguments_of(drafts: Mapping[str, Draft], machine: MachineBlocks) -> dict[str, ConstructorArgument]:
     """What the constructors of a scenario take.
 
     Deviations of the machine are those of the block's own number, where it has one of the same name.
@@ -158,16 +160,16 @@ def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Arg
 
 
 def true_machine(
-    scenario: Table,
+    scenario: LayeredTable,
     loop: Loop,
-    machine: Machine,
+    machine: MachineBlocks,
     drafts: Mapping[str, Draft],
-    arguments: Mapping[str, Argument],
+    arguments: Mapping[str, ConstructorArgument],
     truth: Truth,
 ) -> Loop:
     """The loop with the machine as it truly is: first what constructors take, then its own numbers."""
     blocks = machine._asdict()
-    for name in Machine._fields:
+    for name in MachineBlocks._fields:
         taken = truth.taken(name, arguments)
         try:
             block = drafts[name].replaced(taken).made() if taken else blocks[name]
@@ -176,14 +178,14 @@ def true_machine(
         blocks[name] = truth.true(block, name)
     true = loop._replace(**blocks)
     try:
-        consistent(Machine(**blocks))
+        consistent(MachineBlocks(**blocks))
         at_rest(true)
     except ParameterError as error:
         raise truth_error(scenario, str(error)) from None
     return true
 
 
-def truth_error(scenario: Table, problem: str) -> ScenarioError:
+def truth_error(scenario: LayeredTable, problem: str) -> ScenarioError:
     """An error about a machine whose true numbers do not go together."""
     uncertainty, truth = scenario.table("uncertainty"), scenario.table("truth")
     if not (truth.names() or uncertainty.names()):
@@ -193,13 +195,15 @@ def truth_error(scenario: Table, problem: str) -> ScenarioError:
     return truth.error(f"{'and uncertainty lead' if uncertainty.names() else 'leads'} to {problem}")
 
 
-def part(scenario: Table, name: str, context: Context | None = None, default: Block | None = None) -> Draft:
+def draft_part(
+    scenario: LayeredTable, name: str, context: Context | None = None, default: Block | None = None
+) -> Draft:
     """The block of one field of the loop, before it is made."""
     default = default or Loop._field_defaults.get(name)
-    return draft(hints(Loop)[name], default, scenario.table(name), context)
+    return draft_block(argument_types(Loop)[name], default, scenario.table(name), context)
 
 
-def check_tables(scenario: Table) -> None:
+def check_scenario_tables(scenario: LayeredTable) -> None:
     """Refuse tables that a scenario does not have, and one that lacks a block without default."""
     allowed = ("title", *Loop._fields, "uncertainty", "truth", "tune", "identify")
     for name in scenario.names():
@@ -209,7 +213,7 @@ def check_tables(scenario: Table) -> None:
             raise scenario.entry(name).unknown(name, allowed)
     if scenario.has("title") and not isinstance(scenario.entry("title").value, str):
         raise scenario.entry("title").error("must be a string")
-    for name, role in hints(Loop).items():
+    for name, role in argument_types(Loop).items():
         table = scenario.table(name)
         inside = name in INSIDE and names_fmu(Plant, scenario.table("plant"))
         open_ = name not in Loop._field_defaults and role is not Simulation
@@ -218,14 +222,14 @@ def check_tables(scenario: Table) -> None:
             raise table.error(f"a [{name}] table with a type is needed, or a base; it {one_of('', names)}")
 
 
-def believed_in(machine: Machine, scenario: Table) -> DesignModel:
+def believed_machine(machine: MachineBlocks, scenario: LayeredTable) -> DesignModel:
     """What a law believes of a machine unless told otherwise: its nominal parameters."""
-    with answers(scenario):
+    with errors_name_tables(scenario):
         return believed(machine)
 
 
 @contextmanager
-def answers(scenario: Table) -> Iterator[None]:
+def errors_name_tables(scenario: LayeredTable) -> Iterator[None]:
     """Errors of wiring are those of the table that they are about.
 
     Raises:

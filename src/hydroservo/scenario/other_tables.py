@@ -13,11 +13,11 @@ from hydroservo.core.group import group, nested
 from hydroservo.core.roles import Monitor, Start
 from hydroservo.core.validation import allowed, within
 from hydroservo.machine.starts import AsBuilt
-from hydroservo.scenario.build import Argument, Context, draft, number_from
+from hydroservo.scenario.build import ConstructorArgument, Context, draft_block, number_from
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.records.columns import column_source
 from hydroservo.scenario.records.series import sample_period
-from hydroservo.scenario.tables import Entry, Layer, Table
+from hydroservo.scenario.tables import Layer, LayeredTable, TableEntry
 
 GIVEN = "given"
 STEADY = "steady"
@@ -30,21 +30,21 @@ SCALE = Field("", "factor on all relative deviations")
 RELATIVE = Field("", "relative deviation of a parameter")
 
 
-def start_written_out(scenario: Table) -> Table:
+def write_out_start(scenario: LayeredTable) -> LayeredTable:
     """A scenario with ``start = "steady"`` as the table that it stands for."""
-    return scenario._replace(layers=tuple(map(written_out, scenario.layers)))
+    return scenario._replace(layers=tuple(map(write_out_layer, scenario.layers)))
 
 
-def written_out(layer: Layer) -> Layer:
+def write_out_layer(layer: Layer) -> Layer:
     start = layer.given.get("start")
     if not isinstance(start, str):
         return layer
     if start != STEADY:
-        raise Entry(layer.origin, "start", start).error(f'must be "{STEADY}", or a table')
+        raise TableEntry(layer.origin, "start", start).error(f'must be "{STEADY}", or a table')
     return layer._replace(given={**layer.given, "start": {"type": "Steady"}})
 
 
-def start_in(table: Table, loop: Loop) -> Block:
+def start_in(table: LayeredTable, loop: Loop) -> Block:
     """The start that a table asks for.
 
     Args:
@@ -52,7 +52,7 @@ def start_in(table: Table, loop: Loop) -> Block:
         loop: the loop, wired.
     """
     layers = (Layer(one.origin, {k: v for k, v in one.given.items() if k != GIVEN}) for one in table.layers)
-    start = draft(Start, AsBuilt(), table._replace(layers=tuple(layers))).made()
+    start = draft_block(Start, AsBuilt(), table._replace(layers=tuple(layers))).made()
     entries = dict(table.table(GIVEN).entries())
     if not entries:
         return start
@@ -66,7 +66,7 @@ def start_in(table: Table, loop: Loop) -> Block:
     return start._replace(given=nested(numbers))
 
 
-def metrics_in(table: Table, loop: Loop) -> Block:
+def metrics_in(table: LayeredTable, loop: Loop) -> Block:
     """The monitors that a table asks for: the usual ones, with those in it besides or in their place.
 
     Args:
@@ -85,11 +85,11 @@ def metrics_in(table: Table, loop: Loop) -> Block:
     for name in names:
         if not is_name(name):
             raise table.entry(name).error("must stand under a name of letters, digits and underscores")
-        found[name] = draft(Monitor, every.get(name), table.table(name), context).made()
+        found[name] = draft_block(Monitor, every.get(name), table.table(name), context).made()
     return group(found)
 
 
-def full_scale_in(table: Table) -> CommandScale:
+def full_scale_in(table: LayeredTable) -> CommandScale:
     """What a table ``[command]`` says with ``full_scale = "40 mA"``; volts without one."""
     for name in table.names():
         if name != FULL_SCALE:
@@ -97,7 +97,7 @@ def full_scale_in(table: Table) -> CommandScale:
     if not table.has(FULL_SCALE):
         return VOLTS
     entry = table.entry(FULL_SCALE)
-    unit = unit_of(entry.value)
+    unit = full_scale_unit(entry.value)
     if unit is None:
         raise entry.error(ALLOWED)
     size = si_value(entry.value, unit)
@@ -108,7 +108,7 @@ def full_scale_in(table: Table) -> CommandScale:
     return {"A": CommandScale(current=size), "": CommandScale(share=size), "V": VOLTS}[unit]
 
 
-def unit_of(value: object) -> str | None:
+def full_scale_unit(value: object) -> str | None:
     """The SI unit of a full scale, "" for one in %; None where it is none."""
     for unit in ("A", "V", ""):
         if isinstance(value, str) and (unit or value.rstrip().endswith("%")):
@@ -120,7 +120,7 @@ def unit_of(value: object) -> str | None:
     return None
 
 
-def log_columns(scenario: Table) -> dict[str, Entry]:
+def log_columns(scenario: LayeredTable) -> dict[str, TableEntry]:
     """The columns of signals that the table names, as ``velocity = "v_piston [mm/s]"``, and the period."""
     table = scenario.table("identify")
     for name in table.names():
@@ -136,7 +136,7 @@ def log_columns(scenario: Table) -> dict[str, Entry]:
     return found
 
 
-def log_ranges(scenario: Table, loop: Loop, arguments: Collection[str]) -> dict[str, Entry]:
+def log_ranges(scenario: LayeredTable, loop: Loop, arguments: Collection[str]) -> dict[str, TableEntry]:
     """The ranges of the numbers that are sought, by path, such as ``plant.mass = "-40%..+70%"``.
 
     Those that a base gives for a block of another type than the loop's are left out.
@@ -153,7 +153,7 @@ def log_ranges(scenario: Table, loop: Loop, arguments: Collection[str]) -> dict[
 class Deviation(NamedTuple):
     """How far a parameter is from its nominal value."""
 
-    entry: Entry
+    entry: TableEntry
     scale: float
     relative: float
 
@@ -172,7 +172,7 @@ class Deviation(NamedTuple):
         return value
 
 
-class Value(NamedTuple):
+class TrueValue(NamedTuple):
     """What a parameter is, whatever its nominal value."""
 
     value: float
@@ -185,10 +185,10 @@ class Value(NamedTuple):
 class Truth(NamedTuple):
     """What ``[uncertainty]`` and ``[truth]`` say of a machine."""
 
-    arguments: Mapping[str, Deviation | Value]  # of what constructors take, by path
-    numbers: Mapping[str, Deviation | Value]  # of the blocks' own parameters, by path
+    arguments: Mapping[str, Deviation | TrueValue]  # of what constructors take, by path
+    numbers: Mapping[str, Deviation | TrueValue]  # of the blocks' own parameters, by path
 
-    def taken(self, name: str, arguments: Mapping[str, Argument]) -> dict[str, float]:
+    def taken(self, name: str, arguments: Mapping[str, ConstructorArgument]) -> dict[str, float]:
         """What the constructors of a block of the machine take instead, by path in the block."""
         start = f"{name}."
         return {
@@ -208,7 +208,7 @@ class Truth(NamedTuple):
         return replace(block, changes)
 
 
-def truth_of(scenario: Table, machine: Block, arguments: Mapping[str, Argument]) -> Truth:
+def truth_of(scenario: LayeredTable, machine: Block, arguments: Mapping[str, ConstructorArgument]) -> Truth:
     """What the tables ``[uncertainty]`` and ``[truth]`` of a scenario give.
 
     ``[uncertainty]`` holds a ``scale`` (1 if not given), and a relative deviation for each path of a
@@ -220,21 +220,21 @@ def truth_of(scenario: Table, machine: Block, arguments: Mapping[str, Argument])
     scale = number_from(table.entry("scale"), SCALE, float) if table.has("scale") else 1.0
     numbers = [path for path, value in leaves(machine) if isinstance(value, float)]
     known = (*numbers, *(path for path in arguments if path.partition(".")[0] in machine._fields))
-    of_arguments: dict[str, Deviation | Value] = {}
-    of_numbers: dict[str, Deviation | Value] = {}
+    of_arguments: dict[str, Deviation | TrueValue] = {}
+    of_numbers: dict[str, Deviation | TrueValue] = {}
     for path, entry in checked_entries(table, known, scenario, but=("scale",)):
         one = Deviation(entry, scale, number_from(entry, RELATIVE, float))
         (of_numbers if path in numbers else of_arguments)[path] = one
     for path, entry in checked_entries(scenario.table("truth"), known, scenario):
         field = arguments[path].field if path in arguments else field_at(machine, path)
-        value = Value(number_from(entry, field, float))
+        value = TrueValue(number_from(entry, field, float))
         (of_arguments if path in arguments else of_numbers)[path] = value
     return Truth(of_arguments, of_numbers)
 
 
 def checked_entries(
-    table: Table, known: Collection[str], scenario: Table, but: Collection[str] = ()
-) -> Iterator[tuple[str, Entry]]:
+    table: LayeredTable, known: Collection[str], scenario: LayeredTable, but: Collection[str] = ()
+) -> Iterator[tuple[str, TableEntry]]:
     """What a table says of parameters, with their paths, but for some keys of its own."""
     for path, entry in table.entries():
         if path in known:

@@ -21,9 +21,9 @@ from hydroservo.runs.provenance import describe, provenance, scenario_text, toml
 from hydroservo.runs.results import arrow_table
 from hydroservo.runs.run import complete, plan_of, ready
 from hydroservo.runs.step_sizes import hardest
-from hydroservo.scenario.build import Argument
+from hydroservo.scenario.build import ConstructorArgument
 from hydroservo.scenario.load import Assembly
-from hydroservo.scenario.sampling import Columns, Drawn, Variation, check_size, draws_of, ranges_of
+from hydroservo.scenario.sampling import Columns, Drawn, Variation, check_size, draw_runs, drawn_ranges
 from hydroservo.show.numbers import as_json
 from hydroservo.work.doing import do
 from hydroservo.work.store import PARTS, Store, manifest_in
@@ -54,7 +54,7 @@ class Workers(NamedTuple):
     threads: int | None = None
 
 
-class InParts(NamedTuple):
+class StoredBatch(NamedTuple):
     """A batch on disk.
 
     Attributes:
@@ -66,7 +66,7 @@ class InParts(NamedTuple):
     computed: int
 
 
-class Sampled(NamedTuple):
+class SampledBatch(NamedTuple):
     """What all parts of a batch share.
 
     Attributes:
@@ -87,15 +87,15 @@ class Sampled(NamedTuple):
 
     def drawn(self, first: int, runs: int) -> Drawn:
         """What some runs set."""
-        return draws_of(self.assembly, self.varied, runs, seed=self.seed, seeds=self.seeds, first=first)
+        return draw_runs(self.assembly, self.varied, runs, seed=self.seed, seeds=self.seeds, first=first)
 
     def ranges(self, runs: int) -> dict[str, tuple[float, float]]:
         """Both ends of what differs between so many runs."""
-        return ranges_of(self.assembly, self.varied, runs, self.seeds)
+        return drawn_ranges(self.assembly, self.varied, runs, self.seeds)
 
 
 def simulate_in_parts(
-    sampled: Sampled,
+    sampled: SampledBatch,
     runs: int,
     folder: Path | str,
     *,
@@ -103,7 +103,7 @@ def simulate_in_parts(
     size: int | None = None,
     progress: Callable[[float], None] | None = None,
     say: Say = lambda _: None,
-) -> InParts:
+) -> StoredBatch:
     """Simulate a batch part by part into a folder, from where it was left.
 
     Memory does not grow with the number of runs. Each row is that of one table of all runs, bit for bit,
@@ -138,8 +138,10 @@ def simulate_in_parts(
     size = size or part_size(
         plan_of(loop, first_state(loop), ()).samples * loop.simulation.substeps, sampled.cuda
     )
-    store = opened(Path(folder), {**identity(sampled), **about, "runs": runs, "runs_of_a_part": size})
-    units, before = units_of(sampled, runs, size, workers), store.done()
+    store = open_batch_store(
+        Path(folder), {**batch_identity(sampled), **about, "runs": runs, "runs_of_a_part": size}
+    )
+    units, before = work_units(sampled, runs, size, workers), store.done()
     new = [i for i, unit in enumerate(units) if unit.key not in before]
     do(units, store, workers=workers.processes, scheduler=workers.scheduler, progress=progress, say=say)
     drawn = {"drawn_with_seed": sampled.seed, "varied": as_json(sampled.ranges(runs))}
@@ -148,21 +150,21 @@ def simulate_in_parts(
 
     table = table_on_disk(store, [unit.key for unit in units], "run", runs, attrs)
     lines = [*check_records(loop), *loop_cautions(loop), pressure_caution(table)]
-    return InParts(with_warning(table, lines), sum(min(size, runs - i * size) for i in new))
+    return StoredBatch(with_warning(table, lines), sum(min(size, runs - i * size) for i in new))
 
 
-def units_of(sampled: Sampled, runs: int, size: int, workers: Workers) -> list[Unit]:
+def work_units(sampled: SampledBatch, runs: int, size: int, workers: Workers) -> list[Unit]:
     """The parts of a batch."""
-    shared, units = identity(sampled), []
+    shared, units = batch_identity(sampled), []
     for first in range(0, runs, size):
         count = min(size, runs - first)
         key = address({**shared, "first": first, "count": count})
-        does = partial(part, sampled, first, count, workers.threads)
+        does = partial(simulate_stored_part, sampled, first, count, workers.threads)
         units.append(Unit(key, does, f"runs {first:,} to {first + count - 1:,}"))
     return units
 
 
-def part(sampled: Sampled, first: int, runs: int, threads: int | None) -> "pa.Table":
+def simulate_stored_part(sampled: SampledBatch, first: int, runs: int, threads: int | None) -> "pa.Table":
     """The table of some runs of a batch."""
     from hydroservo.work.cores import checked_count
 
@@ -173,7 +175,7 @@ def part(sampled: Sampled, first: int, runs: int, threads: int | None) -> "pa.Ta
     return arrow_table(table.drop_attrs(deep=False).assign_attrs(found.attrs))
 
 
-def with_chosen_steps(sampled: Sampled, runs: int) -> tuple[Sampled, dict[str, Any]]:
+def with_chosen_steps(sampled: SampledBatch, runs: int) -> tuple[SampledBatch, dict[str, Any]]:
     """The batch with a number of substeps, and what is to be said of it, as of one table of all runs."""
     given = checked_loop(sampled.assembly.loop)
     loop = ready(given)
@@ -199,7 +201,7 @@ def part_size(steps: int, cuda: bool) -> int:
     return min(MOST, max(LEAST, 1 << (max(1, STEPS // steps).bit_length() - 1)))
 
 
-def identity(sampled: Sampled) -> dict[str, Any]:
+def batch_identity(sampled: SampledBatch) -> dict[str, Any]:
     """All that the rows of a batch depend on, but for which runs they are."""
     assembly = sampled.assembly
     found = {
@@ -217,7 +219,7 @@ def identity(sampled: Sampled) -> dict[str, Any]:
     return found
 
 
-def opened(folder: Path, content: Mapping[str, Any]) -> Store:
+def open_batch_store(folder: Path, content: Mapping[str, Any]) -> Store:
     """The folder of a batch, which goes on if there is something of it."""
     wanted = json.loads(json.dumps(content))
     found = manifest_in(folder, MANIFEST)
@@ -232,7 +234,7 @@ def opened(folder: Path, content: Mapping[str, Any]) -> Store:
 
 
 def table_of_runs(
-    found: "xr.Dataset", drawn: Drawn, seed: int, arguments: Mapping[str, Argument]
+    found: "xr.Dataset", drawn: Drawn, seed: int, arguments: Mapping[str, ConstructorArgument]
 ) -> "xr.Dataset":
     """The table of a batch, with all that it takes to run each of its runs again."""
     deviations = {

@@ -15,13 +15,13 @@ from typing import Any
 from hydroservo.core.errors import HydroservoError, ScenarioError
 from hydroservo.core.field import declared_fields
 from hydroservo.core.inputs import read_text
-from hydroservo.scenario.fits import check_said
+from hydroservo.scenario.fits import check_declared_roles
 from hydroservo.scenario.fmus import allow_fmu
 
 LARGEST = 1 << 20  # bytes
 MODULE = "hydroservo_plugin_"  # how the name of a plugin's module begins
 
-loaded: dict[Path, ModuleType] = {}
+loaded_modules: dict[Path, ModuleType] = {}
 
 
 def load_plugin(path: str | Path) -> tuple[type, ...]:
@@ -47,47 +47,52 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
         return ()
     text = read_text(Path(path), LARGEST, name)
     place = Path(path).resolve()
-    module_name = named_by(text)
-    same = next((module for module in loaded.values() if module.__name__ == module_name), None)
+    module_name = module_name_for(text)
+    same = next((module for module in loaded_modules.values() if module.__name__ == module_name), None)
     if same is not None:
-        loaded[place] = same
+        loaded_modules[place] = same
     else:
-        module = executed(text, place, module_name, name)
-        if not defined_in(module):
+        module = execute_plugin(text, place, module_name, name)
+        if not blocks_defined_in(module):
             raise ScenarioError(name, "", "defines no block: a class with NamedTuple as its base")
-        loaded[place] = module
-        for cls in defined_in(module):
-            copyreg.pickle(cls, partial(pickled, str(place)))
-    return defined_in(loaded[place])
+        loaded_modules[place] = module
+        for cls in blocks_defined_in(module):
+            copyreg.pickle(cls, partial(reduce_plugin_block, str(place)))
+    return blocks_defined_in(loaded_modules[place])
 
 
 def plugin_classes() -> tuple[type, ...]:
     """The NamedTuple classes of all plugins."""
-    return tuple(dict.fromkeys(cls for module in loaded.values() for cls in defined_in(module)))
+    return tuple(
+        dict.fromkeys(cls for module in loaded_modules.values() for cls in blocks_defined_in(module))
+    )
 
 
 def plugin_other_classes() -> set[str]:
     """The names of the classes of all plugins that are no NamedTuples, and so no blocks."""
     values = [
-        value for module in loaded.values() for value in vars(module).values() if isinstance(value, type)
+        value
+        for module in loaded_modules.values()
+        for value in vars(module).values()
+        if isinstance(value, type)
     ]
     return {value.__name__ for value in values if is_of_plugin(value) and not is_block_class(value)}
 
 
-def named_by(text: str) -> str:
+def module_name_for(text: str) -> str:
     """The name of the module that a file's text makes: by its content, wherever it lies."""
     return f"{MODULE}{sha256(text.encode()).hexdigest()[:12]}"
 
 
-def pickled(place: str, block: Any) -> tuple[Any, ...]:
+def reduce_plugin_block(place: str, block: Any) -> tuple[Any, ...]:
     """What pickle keeps of a plugin's block: how to make it again in another process."""
-    return restored, (place, type(block).__module__, type(block).__qualname__, tuple(block))
+    return restore_plugin_block, (place, type(block).__module__, type(block).__qualname__, tuple(block))
 
 
-def restored(place: str, module_name: str, class_name: str, values: tuple[Any, ...]) -> Any:
+def restore_plugin_block(place: str, module_name: str, class_name: str, values: tuple[Any, ...]) -> Any:
     """A plugin's block from its pickle; executes the plugin's file unless this process has already."""
     if module_name not in sys.modules:
-        if named_by(read_text(Path(place), LARGEST, place)) != module_name:
+        if module_name_for(read_text(Path(place), LARGEST, place)) != module_name:
             raise ScenarioError(place, "", f"has changed since a {class_name} of it was pickled")
         load_plugin(place)
     return getattr(sys.modules[module_name], class_name)._make(values)
@@ -103,12 +108,12 @@ def is_of_plugin(maker: Any) -> bool:
     return str(maker.__module__).startswith(MODULE)
 
 
-def defined_in(module: ModuleType) -> tuple[type, ...]:
+def blocks_defined_in(module: ModuleType) -> tuple[type, ...]:
     values = vars(module).values()
     return tuple(v for v in values if is_block_class(v) and v.__module__ == module.__name__)
 
 
-def executed(text: str, place: Path, module_name: str, name: str) -> ModuleType:
+def execute_plugin(text: str, place: Path, module_name: str, name: str) -> ModuleType:
     """The module that a file's text makes; in sys.modules, where its annotations are resolved.
 
     The text is kept where Python looks for that of files: what runs can be read when the file has moved.
@@ -121,22 +126,22 @@ def executed(text: str, place: Path, module_name: str, name: str) -> ModuleType:
     linecache.cache[str(place)] = (len(text), None, text.splitlines(keepends=True), str(place))
     try:
         exec(compile(text, str(place), "exec"), module.__dict__)  # what the caller asked for
-        for cls in defined_in(module):
+        for cls in blocks_defined_in(module):
             declared_fields(cls)  # resolves its annotations
-            check_role(cls, text, name)
+            check_plugin_role(cls, text, name)
     except ScenarioError:
         del sys.modules[module_name]
         raise
     except (Exception, SystemExit) as error:
         del sys.modules[module_name]
-        raise ScenarioError(name, line_of(error, place), said(error)) from None
+        raise ScenarioError(name, line_in_plugin(error, place), error_text(error)) from None
     return module
 
 
-def check_role(cls: type, text: str, name: str) -> None:
+def check_plugin_role(cls: type, text: str, name: str) -> None:
     """Refuse a class that has not what the role that it says asks for."""
     try:
-        check_said(cls)
+        check_declared_roles(cls)
     except ValueError as error:
         raise ScenarioError(name, f"line {line_of_class(text, cls)}", str(error)) from None
 
@@ -147,7 +152,7 @@ def line_of_class(text: str, cls: type) -> int:
     return next((node.lineno for node in classes if node.name == cls.__name__), 1)
 
 
-def line_of(error: BaseException, place: Path) -> str:
+def line_in_plugin(error: BaseException, place: Path) -> str:
     """The last line of the file that an error went through."""
     if isinstance(error, SyntaxError) and error.filename == str(place):
         number = error.lineno
@@ -157,7 +162,7 @@ def line_of(error: BaseException, place: Path) -> str:
     return f"line {number}" if number is not None else ""
 
 
-def said(error: BaseException) -> str:
+def error_text(error: BaseException) -> str:
     """What an error says, with its kind where that is Python's."""
     if isinstance(error, HydroservoError):
         return str(error)

@@ -99,19 +99,19 @@ def si_value(text: str, unit: str) -> float:
         unit: the SI unit of the result, as :class:`~hydroservo.core.field.Field` has it.
     """
     try:
-        return value_of(text.strip().replace("\N{MINUS SIGN}", "-"), unit, command_scale())
+        return cached_si_value(text.strip().replace("\N{MINUS SIGN}", "-"), unit, command_scale())
     except ValueError as error:
         raise ValueError((quantity_slip(text) if len(text) <= LONGEST else "") or str(error)) from None
 
 
 @lru_cache(maxsize=4096)
-def value_of(text: str, unit: str, scale: CommandScale) -> float:
+def cached_si_value(text: str, unit: str, scale: CommandScale) -> float:
     """The number in an SI unit that a text says, as :func:`si_value` gives it."""
     number, given = number_and_unit(text, unit)
     if unit and not given:
         raise ValueError(f"has no unit; write '{text} {unit}', or the number without quotes")
     try:
-        return float(number * scaled_factor(given, unit, scale))
+        return float(number * cached_unit_factor(given, unit, scale))
     except ArithmeticError:  # overflow
         raise ValueError("is not a finite number") from None
 
@@ -139,11 +139,11 @@ def unit_factor(text: str, unit: str | None) -> Fraction:
         text: the unit; mA and % count as V where commands are in them.
         unit: the SI unit; None for that of the text's own dimension.
     """
-    return scaled_factor(text, unit, command_scale())
+    return cached_unit_factor(text, unit, command_scale())
 
 
 @lru_cache(maxsize=1024)
-def scaled_factor(text: str, unit: str | None, scale: CommandScale) -> Fraction:
+def cached_unit_factor(text: str, unit: str | None, scale: CommandScale) -> Fraction:
     """As :func:`unit_factor`, with commands in a scale."""
     if len(text) > LONGEST:
         raise ValueError(f"has a unit of more than {LONGEST} characters")
@@ -154,13 +154,13 @@ def scaled_factor(text: str, unit: str | None, scale: CommandScale) -> Fraction:
     if dimension == dimension_si:
         return factor / factor_si
     volts = power_in(unit, "V")
-    if volts and scale.unit != "V" and (found := factor_as(text, unit, scale.unit)):
+    if volts and scale.unit != "V" and (found := factor_in_commands(text, unit, scale.unit)):
         return found / scale.per_volt**volts
     problem = f"does not convert to {unit}" if unit else "is not dimensionless"
-    raise ValueError(f"{problem}{case_hint(text)}{advice(text, unit, scale) if volts else ''}")
+    raise ValueError(f"{problem}{case_hint(text)}{command_unit_advice(text, unit, scale) if volts else ''}")
 
 
-def factor_as(text: str, unit: str, command: str) -> Fraction | None:
+def factor_in_commands(text: str, unit: str, command: str) -> Fraction | None:
     """How many of a unit with that of commands in place of V one of another is; None if it is not of it."""
     own = exchanged(unit, "V", command)
     (factor, dimension), (factor_own, dimension_own) = map(factor_and_dimension, (text, own))
@@ -168,10 +168,10 @@ def factor_as(text: str, unit: str, command: str) -> Fraction | None:
     return factor / factor_own if alike else None
 
 
-def advice(text: str, unit: str, scale: CommandScale) -> str:
+def command_unit_advice(text: str, unit: str, scale: CommandScale) -> str:
     """What lets a command be in the unit of a text, or in which it is; "" where it would be in neither."""
     if scale.unit != "V":
         return f" or {exchanged(unit, 'V', scale.unit)}, as commands are by [command] full_scale"
     known = {"A": "40 mA", "%": "100 %"}
-    example = next((known[one] for one in known if factor_as(text, unit, one)), "")
+    example = next((known[one] for one in known if factor_in_commands(text, unit, one)), "")
     return example and f'; add [command] full_scale = "{example}", or what else 10 V stand for'

@@ -18,9 +18,9 @@ from hydroservo.machine import (
     supplies,
     valves,
 )
-from hydroservo.scenario.fits import a_role, misfit
+from hydroservo.scenario.fits import a_role, role_problem
 from hydroservo.scenario.plugins import is_block_class, plugin_classes, plugin_other_classes
-from hydroservo.scenario.tables import Entry
+from hydroservo.scenario.tables import TableEntry
 
 Maker = Callable[..., Any]  # a block's class, or a classmethod of it whose arguments are declared as fields
 
@@ -56,18 +56,18 @@ def makers(cls: type) -> dict[str, Maker]:
     return {cls.__name__: cls} | {f"{cls.__name__}.{name}": getattr(cls, name) for name in constructors}
 
 
-def maker_in_role(role: type, entry: Entry) -> Maker:
+def maker_in_role(role: type, entry: TableEntry) -> Maker:
     """What a ``type`` names, among what makes blocks of a role."""
     wanted = entry.value if isinstance(entry.value, str) else ""
     named = [*shipped_makers().get(wanted, ()), *(cls for cls in plugin_classes() if wanted in makers(cls))]
-    fitting = [cls for cls in named if misfit(cls, role) is None]
+    fitting = [cls for cls in named if role_problem(cls, role) is None]
     if len(fitting) > 1:
         places = " and ".join(cls.__module__ for cls in fitting)
         raise entry.error(f"names two classes, of {places}; rename that of the plugin")
     if fitting:
         return makers(fitting[0])[wanted]
     if named:
-        raise entry.error(f"cannot be {a_role(role)}: {misfit(named[0], role)}")
+        raise entry.error(f"cannot be {a_role(role)}: {role_problem(named[0], role)}")
     raise entry.error(no_type(wanted, names_in_role(role)))
 
 
@@ -89,7 +89,7 @@ def names_in_role(role: type) -> list[str]:
 
 def makers_in_role(role: type) -> dict[str, Maker]:
     """What makes blocks of a role, by the names that ``type`` may have, in their order."""
-    fitting = (cls for cls in known_classes() if misfit(cls, role) is None)
+    fitting = (cls for cls in known_classes() if role_problem(cls, role) is None)
     found = {name: maker for cls in fitting for name, maker in makers(cls).items()}
     return {name: found[name] for name in sorted(found)}
 

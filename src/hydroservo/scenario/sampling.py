@@ -19,12 +19,12 @@ from hydroservo.runs.arguments import checked_loop, checked_mapping, checked_tab
 from hydroservo.runs.columns import SEED
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import complete
-from hydroservo.scenario.datasheets import columns_of
-from hydroservo.scenario.load import Assembly, Machine, assembled, load_scenario
+from hydroservo.scenario.datasheets import made_columns
+from hydroservo.scenario.load import Assembly, MachineBlocks, assemble, load_scenario
 from hydroservo.scenario.other_tables import Truth
 from hydroservo.scenario.ranges import as_entries, both_ends, check_path
-from hydroservo.scenario.search import Search
-from hydroservo.scenario.tables import Entry
+from hydroservo.scenario.search import SearchSettings
+from hydroservo.scenario.tables import TableEntry
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,7 +44,7 @@ class Variation(NamedTuple):
     low: float
     high: float
     nominal: float | None  # what a parameter of the machine deviates from; None where it has no such value
-    entry: Entry  # where that is said
+    entry: TableEntry  # where that is said
 
 
 class Drawn(NamedTuple):
@@ -68,7 +68,7 @@ class Drawn(NamedTuple):
         Numbers of the machine are set as its truth, in which nobody else believes.
         """
         return {
-            f"truth.{path}" if path.partition(".")[0] in Machine._fields else path: values[run].item()
+            f"truth.{path}" if path.partition(".")[0] in MachineBlocks._fields else path: values[run].item()
             for path, values in self.values.items()
         }
 
@@ -91,7 +91,7 @@ def draws(
     truth: the controller goes on believing in the nominal machine.
 
     Args:
-        source: the loop, or what :func:`~hydroservo.scenario.assembled` makes of a scenario. Relative ranges
+        source: the loop, or what :func:`~hydroservo.scenario.assemble` makes of a scenario. Relative ranges
             are around the values that the loop has; of a scenario around those before its ``[uncertainty]``
             and ``[truth]``, and what its constructors take may vary too.
         ranges: by path two numbers in SI units, ``hs.relative(low, high)``, or a text as ``--vary`` takes
@@ -113,8 +113,8 @@ def draws(
     if not ranges and not seeds:
         raise ParameterError("ranges", "{}", "must name a number that varies, or seeds be True")
     check_size(runs, seed)
-    whole = assembly_of(source)
-    return draws_of(whole, variations(whole, as_entries(ranges)), runs, seed=seed, seeds=seeds)
+    whole = assembly_of_loop(source)
+    return draw_runs(whole, variations(whole, as_entries(ranges)), runs, seed=seed, seeds=seeds)
 
 
 def run_of(loop: Loop, table: "xr.Dataset", run: int) -> Loop:
@@ -141,21 +141,21 @@ def run_of(loop: Loop, table: "xr.Dataset", run: int) -> Loop:
     return found
 
 
-def assembly_of(source: Loop | Assembly) -> Assembly:
+def assembly_of_loop(source: Loop | Assembly) -> Assembly:
     """A loop as if a scenario had described it, with nothing but its numbers."""
     if isinstance(source, Assembly):
         return source
     loop = wired(checked(checked_loop(source, "source")))
-    machine = Machine(*(getattr(loop, name) for name in Machine._fields))
-    return Assembly(loop, machine, {}, Truth({}, {}), {}, Search())
+    machine = MachineBlocks(*(getattr(loop, name) for name in MachineBlocks._fields))
+    return Assembly(loop, machine, {}, Truth({}, {}), {}, SearchSettings())
 
 
-def variations(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
+def variations(assembly: Assembly, ranges: Mapping[str, TableEntry]) -> list[Variation]:
     """What is asked to vary."""
-    return [variation(assembly, path, entry) for path, entry in ranges.items()]
+    return [variation_at(assembly, path, entry) for path, entry in ranges.items()]
 
 
-def variation(assembly: Assembly, path: str, entry: Entry) -> Variation:
+def variation_at(assembly: Assembly, path: str, entry: TableEntry) -> Variation:
     """A number that is asked to vary."""
     loop, arguments = assembly.loop, assembly.arguments
     check_path(path, entry, loop, arguments)
@@ -164,11 +164,11 @@ def variation(assembly: Assembly, path: str, entry: Entry) -> Variation:
     with commands_in(loop.command):
         low, high = both_ends(entry, field, middle)
     known = middle not in (0.0, field.auto)
-    machine = path.partition(".")[0] in Machine._fields
+    machine = path.partition(".")[0] in MachineBlocks._fields
     return Variation(path, low, high, middle if machine and known else None, entry)
 
 
-def draws_of(
+def draw_runs(
     assembly: Assembly,
     varied: Sequence[Variation],
     runs: int,
@@ -181,16 +181,16 @@ def draws_of(
     values: dict[str, NDArray[Any]] = {}
     deviations: dict[str, NDArray[Any]] = {}
     for one in varied:
-        values[one.path], relative = drawn(one, uniform(seed, one.path, runs, first))
+        values[one.path], relative = draw_values(one, uniform_numbers(seed, one.path, runs, first))
         if relative is not None:
             deviations[one.path] = relative
     if seeds:
         values[SEED] = assembly.loop.simulation.seed + np.arange(first, first + runs)
-    ranges = ranges_of(assembly, varied, first + runs, seeds)
-    return Drawn(parameters_of(assembly, varied, values, first), values, deviations, ranges)
+    ranges = drawn_ranges(assembly, varied, first + runs, seeds)
+    return Drawn(loop_parameters(assembly, varied, values, first), values, deviations, ranges)
 
 
-def ranges_of(
+def drawn_ranges(
     assembly: Assembly, varied: Sequence[Variation], runs: int, seeds: bool
 ) -> dict[str, tuple[float, float]]:
     """Both ends of what differs between the runs of a batch, in SI units, by path."""
@@ -205,7 +205,7 @@ def check_size(runs: int, seed: int, start: str = "", most: int = MOST) -> None:
     whole_number(f"{start}seed", seed, 0, LARGEST_SEED)
 
 
-def drawn(one: Variation, u: Numbers) -> tuple[Numbers, Numbers | None]:
+def draw_values(one: Variation, u: Numbers) -> tuple[Numbers, Numbers | None]:
     """The value of each run, and its relative deviation where there is a nominal value.
 
     Args:
@@ -219,7 +219,7 @@ def drawn(one: Variation, u: Numbers) -> tuple[Numbers, Numbers | None]:
     return one.nominal * (1.0 + deviations), deviations
 
 
-def parameters_of(
+def loop_parameters(
     assembly: Assembly,
     varied: Sequence[Variation],
     values: Columns,
@@ -234,7 +234,7 @@ def parameters_of(
     own = {path: column for path, column in values.items() if path not in taken}
     if not taken:
         return own
-    origin, made = varied[0].entry.origin.name, columns_of(assembly, taken, first, always)
+    origin, made = varied[0].entry.origin.name, made_columns(assembly, taken, first, always)
     if not made:
         problem = "changes nothing: no number of the loop follows from it here"
         raise ScenarioError(origin, ", ".join(taken), problem)
@@ -252,11 +252,11 @@ def causes_of(assembly: Assembly, taken: Columns, path: str, first: int) -> list
     causes = []
     for name in above:
         with suppress(ScenarioError):  # of numbers that go together with others alone
-            causes += [name] if path in columns_of(assembly, {name: taken[name]}, first) else []
+            causes += [name] if path in made_columns(assembly, {name: taken[name]}, first) else []
     return causes or above
 
 
-def uniform(seed: int, path: str, runs: int, first: int = 0) -> Numbers:
+def uniform_numbers(seed: int, path: str, runs: int, first: int = 0) -> Numbers:
     """Numbers in [0, 1) that are functions of the seed, the path and the number of the run, from one on.
 
     Source: Philox4x64-10, Salmon, Moraes, Dror, Shaw 2011, doi:10.1145/2063384.2063405.
@@ -271,16 +271,16 @@ def uniform(seed: int, path: str, runs: int, first: int = 0) -> Numbers:
 def loops_over(
     source: str,
     path: str,
-    entry: Entry,
+    entry: TableEntry,
     count: int,
     changes: Mapping[str, object],
     plugins: Sequence[Path],
     load: Callable[[str, Mapping[str, object], Sequence[Path]], Loop] = load_scenario,
 ) -> tuple[dict[float, Loop], str]:
     """The loops of a scenario by values of a number, and its SI unit; a law believes what it believed."""
-    whole = assembled(source, changes, plugins)
-    ends = variation(whole, path, entry)
+    whole = assemble(source, changes, plugins)
+    ends = variation_at(whole, path, entry)
     field = whole.arguments[path].field if path in whole.arguments else field_at(whole.loop, path)
-    name = f"truth.{path}" if path.partition(".")[0] in Machine._fields else path
+    name = f"truth.{path}" if path.partition(".")[0] in MachineBlocks._fields else path
     values = np.linspace(ends.low, ends.high, count).tolist()
     return {value: load(source, {**changes, name: value}, plugins) for value in values}, field.unit

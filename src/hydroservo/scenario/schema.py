@@ -8,7 +8,7 @@ from hydroservo.core.curve import Curve
 from hydroservo.core.field import OPEN, Field
 from hydroservo.core.roles import Monitor
 from hydroservo.core.roles.saying import is_role
-from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of, summary
+from hydroservo.scenario.keys import ANY_SIGNAL, Key, first_sentence, keys_of, range_text
 from hydroservo.scenario.layers import builtin_texts
 from hydroservo.scenario.other_tables import FULL_SCALE
 from hydroservo.scenario.records.series import curve_keys
@@ -61,74 +61,76 @@ def scenario_schema() -> Schema:
         "$schema": DIALECT,
         "title": "hydroservo scenario",
         "type": "object",
-        "definitions": {"numbers": numbers()},
+        "definitions": {"numbers": nested_numbers_schema()},
         "properties": {
-            "title": described(TEXT, "what the scenario is, in a line"),
-            "base": described(
+            "title": with_description(TEXT, "what the scenario is, in a line"),
+            "base": with_description(
                 {"anyOf": [{"enum": [*builtin_texts()]}, TEXT]}, "the scenario that it changes"
             ),
             "uncertainty": {"$ref": "#/definitions/numbers"},
             "truth": {"$ref": "#/definitions/numbers"},
-            "tune": closed(TUNE),
-            "identify": closed(IDENTIFY),
+            "tune": closed_table(TUNE),
+            "identify": closed_table(IDENTIFY),
         },
         "additionalProperties": False,
     }
     definitions, tables = found["definitions"], found["properties"]
     for key in keys_of(Loop):
         if key.name not in ("metrics", "command"):
-            tables[key.name] = block(key.kind, key.default, definitions)
-    scale = described(TEXT, 'what 10 V of command stand for: "40 mA", "100 %"; without it "10 V"')
-    tables["command"] = closed({FULL_SCALE: scale})
-    usual = {"usual": described({"type": "boolean"}, "whether the usual metrics count too")}
-    tables["metrics"] = closed(usual) | {"additionalProperties": block(Monitor, None, definitions)}
+            tables[key.name] = block_schema(key.kind, key.default, definitions)
+    scale = with_description(TEXT, 'what 10 V of command stand for: "40 mA", "100 %"; without it "10 V"')
+    tables["command"] = closed_table({FULL_SCALE: scale})
+    usual = {"usual": with_description({"type": "boolean"}, "whether the usual metrics count too")}
+    tables["metrics"] = closed_table(usual) | {
+        "additionalProperties": block_schema(Monitor, None, definitions)
+    }
     tables["start"]["anyOf"].append({"const": "steady"})
     return found
 
 
-def block(kind: Any, default: Any, definitions: Schema) -> Schema:
+def block_schema(kind: Any, default: Any, definitions: Schema) -> Schema:
     """The table of a block: any of those that its role, or its class, leaves open."""
     if is_role(kind):
         named = makers_in_role(kind)
     else:
         named = makers(kind if isinstance(kind, type) and hasattr(kind, "_fields") else type(default))
-    return {"anyOf": [{"$ref": one} for one in references(named, definitions)]}
+    return {"anyOf": [{"$ref": one} for one in type_references(named, definitions)]}
 
 
-def references(named: Mapping[str, Maker], definitions: Schema) -> Iterator[str]:
+def type_references(named: Mapping[str, Maker], definitions: Schema) -> Iterator[str]:
     """Where each block stands in the schema, after it has been put there."""
     for name, maker in named.items():
         cls = maker if isinstance(maker, type) else maker.__self__  # type: ignore[attr-defined]
         place = f"{cls.__module__}.{name}"
         if place not in definitions:
             definitions[place] = {}  # a block may nest its own kind
-            definitions[place] = table(name, maker, definitions)
+            definitions[place] = type_schema(name, maker, definitions)
         yield f"#/definitions/{place}"
 
 
-def table(name: str, maker: Maker, definitions: Schema) -> Schema:
+def type_schema(name: str, maker: Maker, definitions: Schema) -> Schema:
     """The table of a block of a known type."""
-    known: Schema = {"type": described({"enum": [name]}, summary(maker))}
+    known: Schema = {"type": with_description({"enum": [name]}, first_sentence(maker))}
     for key in keys_of(maker):
         if key.name == "given":  # of a start: states by their paths
             known[key.name] = {"$ref": "#/definitions/numbers"}
         elif key.field is None or not key.field.derived:
-            known[key.name] = value(key, definitions)
-    return closed(known) | {"title": name}
+            known[key.name] = key_schema(key, definitions)
+    return closed_table(known) | {"title": name}
 
 
-def value(key: Key, definitions: Schema) -> Schema:
+def key_schema(key: Key, definitions: Schema) -> Schema:
     """What stands under a key."""
     if key.kind is Curve:
         more = {"full": TEXT} if key.field and not key.field.over else {}
         ways: tuple[Schema, ...] = (dict.fromkeys(curve_keys(key.field), TEXT), {"points": POINTS})
-        return {"anyOf": [closed(way | more) | {"required": [next(iter(way))]} for way in ways]}
+        return {"anyOf": [closed_table(way | more) | {"required": [next(iter(way))]} for way in ways]}
     if key.nests:
-        return block(key.kind, key.default, definitions)
-    return number(key)
+        return block_schema(key.kind, key.default, definitions)
+    return number_schema(key)
 
 
-def number(key: Key) -> Schema:
+def number_schema(key: Key) -> Schema:
     """A number, and for a quantity a text with its unit."""
     field = (key.field or Field("", key.name)).of(ANY_SIGNAL)
     limits = {LIMITS[name]: getattr(field, name) for name in LIMITS if getattr(field, name) is not None}
@@ -141,25 +143,25 @@ def number(key: Key) -> Schema:
     found: Schema = ways[0] if len(ways) == 1 else {"anyOf": ways}
     if isinstance(key.default, float | int) and key.default != field.auto:
         found["default"] = key.default
-    return described(found, about(field))
+    return with_description(found, number_text(field))
 
 
-def about(field: Field) -> str:
+def number_text(field: Field) -> str:
     """A number in words: what it is, its unit and its range."""
-    told = ", ".join(part for part in (f"[{field.unit}]" if field.unit else "", range_of(field)) if part)
+    told = ", ".join(part for part in (f"[{field.unit}]" if field.unit else "", range_text(field)) if part)
     return f"{field.meaning} {told}".strip()
 
 
-def numbers() -> Schema:
+def nested_numbers_schema() -> Schema:
     """Numbers by their paths, as nested tables."""
     ways: Sequence[Schema] = [{"type": ["number", "string"]}, {"$ref": "#/definitions/numbers"}]
     return {"type": "object", "additionalProperties": {"anyOf": [*ways]}}
 
 
-def closed(keys: Schema) -> Schema:
+def closed_table(keys: Schema) -> Schema:
     """A table that has these keys alone."""
     return {"type": "object", "properties": keys, "additionalProperties": False}
 
 
-def described(schema: Schema, text: str) -> Schema:
+def with_description(schema: Schema, text: str) -> Schema:
     return {**schema, "description": text}

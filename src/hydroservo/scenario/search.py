@@ -15,7 +15,7 @@ from hydroservo.runs.aims import checked_effort, checked_weights, checked_whole,
 from hydroservo.scenario.layers import named_source
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.ranges import both_ends, check_path
-from hydroservo.scenario.tables import Entry, Table
+from hydroservo.scenario.tables import LayeredTable, TableEntry
 
 SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given
 LIMITS = {"gain_margin": "dB", "phase_margin": "rad", "max_sensitivity": "dB"}  # bounds, by name
@@ -25,18 +25,18 @@ PARTS = (  # of a search, by name
 )
 
 
-class Range(NamedTuple):
+class SearchedRange(NamedTuple):
     """Between what a number is searched, in SI units."""
 
     low: float
     high: float
-    entry: Entry  # where that is said
+    entry: TableEntry  # where that is said
 
 
-class Search(NamedTuple):
+class SearchSettings(NamedTuple):
     """How numbers of a scenario are searched, as ``hydroservo tune`` does it."""
 
-    ranges: Mapping[str, Range] = {}  # by path, in the order in which they count
+    ranges: Mapping[str, SearchedRange] = {}  # by path, in the order in which they count
     scenarios: Sequence[str | Path] = ()  # that are to share what is found, in this order; none: it alone
     weights: Sequence[float] = ()  # of each of these, or of as many others; none: all 1
     scales: Sequence[float] = ()  # of the uncertainty; none: each scenario's own
@@ -49,8 +49,8 @@ class Search(NamedTuple):
     gain_margin: float = Bounds().gain_margin
     phase_margin: float = Bounds().phase_margin
     max_sensitivity: float = Bounds().max_sensitivity
-    lost: Entry | None = None  # a range of a base whose path is none any more
-    together: Entry | None = None  # where the scenarios stand
+    lost: TableEntry | None = None  # a range of a base whose path is none any more
+    together: TableEntry | None = None  # where the scenarios stand
 
     @property
     def bounds(self) -> Bounds | None:
@@ -60,7 +60,7 @@ class Search(NamedTuple):
         return Bounds(self.gain_margin, self.phase_margin, self.max_sensitivity)
 
 
-def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) -> Search:
+def tune_search(scenario: LayeredTable, loop: Loop, arguments: Mapping[str, object]) -> SearchSettings:
     """What the table ``[tune]`` of a scenario says; where it is silent, the defaults.
 
     A range that a layer gives does not count if its path is none any more, or a number that the range is not
@@ -73,8 +73,8 @@ def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) ->
             raise table.entry(name).unknown(name, keys)
     floats = {path for path, value in leaves(loop) if isinstance(value, float)}
     entries = dict(table.table("vary").entries())
-    ranges: dict[str, Range] = {}
-    lost: dict[str, Entry] = {}
+    ranges: dict[str, SearchedRange] = {}
+    lost: dict[str, TableEntry] = {}
     for path, entry in entries.items():
         of_another = scenario.has_type_above(entry.origin, path)
         if of_another and path not in floats:
@@ -86,31 +86,33 @@ def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) ->
             if not of_another:
                 raise
             lost[path] = entry
-    return Search(ranges, **parts_of(table, loop), lost=next(iter(lost.values()), None))
+    return SearchSettings(ranges, **checked_settings(table, loop), lost=next(iter(lost.values()), None))
 
 
-def parts_of(table: Table, loop: Loop) -> dict[str, Any]:
+def checked_settings(table: LayeredTable, loop: Loop) -> dict[str, Any]:
     """What the table ``[tune]`` of a loop says besides its ranges, checked."""
     found: dict[str, Any] = {}
     if table.has("scenarios"):
         found["together"] = table.entry("scenarios")
-        found["scenarios"] = tuple(sources(found["together"]))
+        found["scenarios"] = tuple(scenario_sources(found["together"]))
     count = len(found.get("scenarios", ()))
     for name in filter(table.has, PARTS):
         entry = table.entry(name)
         try:
-            found[name] = checked_part(name, entry.value, count or size(entry.value), [loop])
+            found[name] = checked_part(name, entry.value, count or scenario_count(entry.value), [loop])
         except ParameterError as error:
             raise entry.error(error.allowed) from None
     return found
 
 
-def size(value: object) -> int:
+def scenario_count(value: object) -> int:
     """How many scenarios a base weighs that leaves it to those above to name them."""
     return len(value) if isinstance(value, list) and value else 1
 
 
-def searched_range(path: str, entry: Entry, loop: Loop, arguments: Mapping[str, object]) -> Range:
+def searched_range(
+    path: str, entry: TableEntry, loop: Loop, arguments: Mapping[str, object]
+) -> SearchedRange:
     """Between what a number is searched."""
     if path.partition(".")[0] not in SEARCHED:
         problem = f"must be in the {' or '.join(SEARCHED)}, which a search may choose"
@@ -120,10 +122,10 @@ def searched_range(path: str, entry: Entry, loop: Loop, arguments: Mapping[str, 
         problem = "is what a constructor takes; a search sets numbers of the block that it makes"
         raise ScenarioError(entry.origin.name, entry.key, problem)
     with commands_in(loop.command):
-        return Range(*both_ends(entry, field_at(loop, path), float(value_at(loop, path))), entry)
+        return SearchedRange(*both_ends(entry, field_at(loop, path), float(value_at(loop, path))), entry)
 
 
-def sources(entry: Entry) -> Iterator[str | Path]:
+def scenario_sources(entry: TableEntry) -> Iterator[str | Path]:
     """The scenarios that a list names."""
     if not isinstance(entry.value, list) or not entry.value:
         raise entry.error("must be a list of scenarios: built-in names, or paths of files")

@@ -21,17 +21,17 @@ DEEP_KEY = re.compile(
 TOO_DEEP = f"tables nested more than {DEEPEST} deep"
 
 
-class Origin(NamedTuple):
+class FileOrigin(NamedTuple):
     """Where values come from."""
 
     name: str  # as an error names it
     folder: Path  # what relative file names start from
 
 
-class Entry(NamedTuple):
+class TableEntry(NamedTuple):
     """One value, with its dotted key and its origin."""
 
-    origin: Origin
+    origin: FileOrigin
     key: str
     value: Any
 
@@ -61,18 +61,18 @@ def has_key(value: object, name: str) -> bool:
 class Layer(NamedTuple):
     """What one file gives in a table, or what overrides the files."""
 
-    origin: Origin
+    origin: FileOrigin
     given: Mapping[str, Any]
 
 
-class Table(NamedTuple):
+class LayeredTable(NamedTuple):
     """A table of a scenario, in layers: what overrides its files, its own file, then base upon base."""
 
     path: str
     layers: tuple[Layer, ...]  # the first that has a key gives its value; the second is the scenario's own
 
     @property
-    def origin(self) -> Origin:
+    def origin(self) -> FileOrigin:
         """What an error about the whole table names: that of the first layer that gives anything in it."""
         return next((layer.origin for layer in self.layers if layer.given), self.layers[1].origin)
 
@@ -92,12 +92,12 @@ class Table(NamedTuple):
         """The dotted key of a name in this table."""
         return f"{self.path}.{name}" if self.path else name
 
-    def entry(self, name: str) -> Entry:
+    def entry(self, name: str) -> TableEntry:
         """The value of a key, that of the first layer that has it."""
         layer = next(layer for layer in self.layers if name in layer.given)
-        return Entry(layer.origin, self.key(name), layer.given[name])
+        return TableEntry(layer.origin, self.key(name), layer.given[name])
 
-    def entries(self, prefix: str = "") -> Iterator[tuple[str, Entry]]:
+    def entries(self, prefix: str = "") -> Iterator[tuple[str, TableEntry]]:
         """The values in this table and the tables in it, by their dotted paths after a prefix."""
         for name in self.names():
             entry = self.entry(name)
@@ -106,7 +106,7 @@ class Table(NamedTuple):
             else:
                 yield prefix + name, entry
 
-    def table(self, name: str) -> "Table":
+    def table(self, name: str) -> "LayeredTable":
         """The nested table of a name; empty where there is none.
 
         Raises:
@@ -117,10 +117,10 @@ class Table(NamedTuple):
         for i, (origin, given) in enumerate(layers):
             if not isinstance(given, Mapping):
                 what = f"[{key}]" if i else f"give {key}.type or the keys in it"
-                raise Entry(origin, key, given).error(f"must be a table: {what}")
-        return Table(key, layers)
+                raise TableEntry(origin, key, given).error(f"must be a table: {what}")
+        return LayeredTable(key, layers)
 
-    def retyped(self, default: str, names: Callable[[Entry], Iterable[str]]) -> "Table":
+    def retyped(self, default: str, names: Callable[[TableEntry], Iterable[str]]) -> "LayeredTable":
         """This table without what a layer gives under keys that another ``type`` above it does not have.
 
         In a law, a file that names another type takes nothing of what those below give: gains of one law mean
@@ -139,7 +139,7 @@ class Table(NamedTuple):
         for layer in reversed(self.layers):
             wanted = layer.given.get("type", present)
             if wanted != present and any(below.given for below in kept):
-                own = set(names(Entry(layer.origin, self.key("type"), wanted)))
+                own = set(names(TableEntry(layer.origin, self.key("type"), wanted)))
                 if law and present and layer is not self.layers[0]:
                     own = set()
                 kept = [
@@ -150,7 +150,7 @@ class Table(NamedTuple):
             kept.append(layer)
         return self._replace(layers=tuple(reversed(kept)))
 
-    def has_type_above(self, origin: Origin, path: str) -> bool:
+    def has_type_above(self, origin: FileOrigin, path: str) -> bool:
         """Whether a layer above that of an origin gives a ``type`` to a table along a path in this one."""
         above = [layer.given for layer in takewhile(lambda layer: layer.origin is not origin, self.layers)]
         for name in path.split(".")[:-1]:
@@ -164,7 +164,7 @@ class Table(NamedTuple):
         return ScenarioError(self.origin.name, self.path, problem)
 
 
-def parsed(text: str, name: str) -> dict[str, Any]:
+def parse_toml(text: str, name: str) -> dict[str, Any]:
     """The tables of a TOML text."""
     if DEEP_KEY.search(text):
         raise ScenarioError(name, "", TOO_DEEP)
@@ -176,12 +176,12 @@ def parsed(text: str, name: str) -> dict[str, Any]:
         raise ScenarioError(name, "", TOO_DEEP) from None
     except ValueError:  # Python converts no more than some thousand digits
         raise ScenarioError(name, "", "holds an integer of too many digits") from None
-    if depth(tables) > DEEPEST:
+    if nesting_depth(tables) > DEEPEST:
         raise ScenarioError(name, "", TOO_DEEP)
     return tables
 
 
-def depth(tables: Any) -> int:
+def nesting_depth(tables: Any) -> int:
     """How deep tables and arrays are nested, found without recursion; it stops beyond the limit."""
     level, found = [tables], 0
     while level and found <= DEEPEST:

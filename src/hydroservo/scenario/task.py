@@ -15,15 +15,15 @@ from hydroservo.runs.aims import Aim, checked_aim
 from hydroservo.runs.arguments import checked_loops
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario.layers import same_place
-from hydroservo.scenario.load import Assembly, assembled, load_scenario
+from hydroservo.scenario.load import Assembly, assemble, load_scenario
 from hydroservo.scenario.ranges import Relative, typed_scales
-from hydroservo.scenario.search import LIMITS, Range, Search, checked_part, searched_range
-from hydroservo.scenario.tables import Entry
+from hydroservo.scenario.search import LIMITS, SearchedRange, SearchSettings, checked_part, searched_range
+from hydroservo.scenario.tables import TableEntry
 
 Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
 
 
-class Task(NamedTuple):
+class TuningTask(NamedTuple):
     """A search as :func:`hydroservo.runs.tuning.searched` takes it, and whose it is.
 
     Attributes:
@@ -52,27 +52,29 @@ class Task(NamedTuple):
 
 def task_of_aim(
     aim: Aim, ranges: Mapping[str, Any], length: Mapping[str, Any], others: Mapping[str, object]
-) -> Task:
+) -> TuningTask:
     """The search of loops that no scenario names."""
     for name, value in others.items():
         raise ParameterError(name, value, "is for scenarios by name; an Aim has its own")
     for path, ends in ranges.items():
         if isinstance(ends, str | Relative):
             raise ParameterError(path, ends, "must be two numbers in SI units for an Aim")
-    search = Search(**{name: checked_part(name, value, 1, aim.loops) for name, value in length.items()})
+    search = SearchSettings(
+        **{name: checked_part(name, value, 1, aim.loops) for name, value in length.items()}
+    )
     check_bounded(search, length)
     machines = {f"loop {i}": wired(loop) for i, loop in enumerate(checked_loops(aim.loops), 1)}
-    return Task((), (), aim, ranges, search.candidates, search.seed, search.bounds, machines)
+    return TuningTask((), (), aim, ranges, search.candidates, search.seed, search.bounds, machines)
 
 
-def task_of(
+def task_of_scenarios(
     scenarios: Sequence[str | Path],
-    ranges: Mapping[str, Entry],
+    ranges: Mapping[str, TableEntry],
     parts: Mapping[str, object],
     changes: Mapping[str, object],
     plugins: Sequence[str | Path],
     load: Load = load_scenario,
-) -> Task:
+) -> TuningTask:
     """The search of scenarios: what is said of it, else what ``[tune]`` of the first one says.
 
     Args:
@@ -83,9 +85,9 @@ def task_of(
         plugins: Python files with blocks that they name.
         load: what makes a loop of a scenario.
     """
-    search = search_of(scenarios, assembled(scenarios[0], changes, plugins), parts)
-    assemblies = {one: assembled(one, changes, plugins) for one in search.scenarios}
-    wanted = ranges_of(ranges, search, assemblies)
+    search = search_of(scenarios, assemble(scenarios[0], changes, plugins), parts)
+    assemblies = {one: assemble(one, changes, plugins) for one in search.scenarios}
+    wanted = ranges_to_search(ranges, search, assemblies)
     ends = {path: (one.low, one.high) for path, one in wanted.items()}
     scales: Sequence[float | None] = search.scales or [None]
     each = [(one, scale) for one in search.scenarios for scale in scales]
@@ -99,7 +101,7 @@ def task_of(
     known = set(map(scenario_hash, loops))
     others = machines_of(search.scenarios, changes, plugins) if machines else ()
     machines |= {name: loop for name, loop in others if scenario_hash(loop) not in known}
-    return Task(
+    return TuningTask(
         [str(one) for one in search.scenarios],
         *(names, aim, ends, search.candidates, search.seed, search.bounds, machines, typed),
     )
@@ -114,7 +116,9 @@ def machines_of(
             yield f"{one}, scale {scale:g}", load_scenario(one, at_scale(changes, scale), plugins)
 
 
-def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[str, object]) -> Search:
+def search_of(
+    scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[str, object]
+) -> SearchSettings:
     """What is said of a search, with the scenarios that are tuned together and a weight for each."""
     search, together = first.search, scenarios
     weights = search.weights if len(scenarios) == 1 else ()
@@ -134,14 +138,14 @@ def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[s
     return search
 
 
-def check_bounded(search: Search, parts: Mapping[str, object]) -> None:
+def check_bounded(search: SearchSettings, parts: Mapping[str, object]) -> None:
     """Refuse a bound on a search that has none."""
     for name in LIMITS:
         if name in parts and not search.bounded:
             raise ParameterError(name, parts[name], "is a bound, and the search has none: it is unbounded")
 
 
-def not_among(scenario: str | Path, search: Search) -> str:
+def not_among(scenario: str | Path, search: SearchSettings) -> str:
     """What is wrong with scenarios that are tuned together and do not hold the one that names them."""
     names = ", ".join(map(str, search.scenarios))
     origin = search.together.origin.name if search.together else ""
@@ -151,7 +155,7 @@ def not_among(scenario: str | Path, search: Search) -> str:
     return f"those of {origin}, its base, are {names}, not this one; write {own}"
 
 
-def of_another_law(lost: Entry, law: Block) -> str:
+def of_another_law(lost: TableEntry, law: Block) -> str:
     """What is wrong with ranges of a base that name no number of a law, one of them given."""
     numbers = (
         name for name, value in leaves(law) if isinstance(value, float) and not field_at(law, name).derived
@@ -162,9 +166,9 @@ def of_another_law(lost: Entry, law: Block) -> str:
     return f"{origin}: {missing}; write [tune.vary] of its own, such as {own}"
 
 
-def ranges_of(
-    ranges: Mapping[str, Entry], search: Search, assemblies: Mapping[str | Path, Assembly]
-) -> Mapping[str, Range]:
+def ranges_to_search(
+    ranges: Mapping[str, TableEntry], search: SearchSettings, assemblies: Mapping[str | Path, Assembly]
+) -> Mapping[str, SearchedRange]:
     """Between what each number is searched, by path."""
     first = next(iter(assemblies.values()))
     asked = {path: searched_range(path, entry, first.loop, first.arguments) for path, entry in ranges.items()}

@@ -21,9 +21,9 @@ from hydroservo.runs.arguments import checked_loops, checked_mapping
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.tuned import Tuned
 from hydroservo.runs.tuning import Progress, searched
-from hydroservo.scenario.layers import nested
+from hydroservo.scenario.layers import nest_changes
 from hydroservo.scenario.ranges import as_entries
-from hydroservo.scenario.task import Task, task_of, task_of_aim
+from hydroservo.scenario.task import TuningTask, task_of_aim, task_of_scenarios
 from hydroservo.work.cores import single_threaded_algebra
 from hydroservo.work.notebook_bar import shows_progress
 
@@ -113,7 +113,7 @@ def tune(
         task = task_of_aim(aim, ranges, length, others)
     else:
         asked, changes = as_entries(ranges), {} if changes is None else changes
-        task = task_of(sources(aim), asked, parts | length, changes, plugins or ())
+        task = task_of_scenarios(as_sources(aim), asked, parts | length, changes, plugins or ())
     found = best_values(task, threads, progress)
     for line in dict.fromkeys(line for table in found.tables for line in warnings_of(table)):
         warnings.warn(line, HydroservoWarning, stacklevel=4)  # past the decorators
@@ -121,7 +121,7 @@ def tune(
 
 
 def best_values(
-    task: Task,
+    task: TuningTask,
     threads: int | None,
     progress: Progress | None,
     interrupted: Callable[[], None] = lambda: None,
@@ -141,7 +141,7 @@ def best_values(
     return found._replace(margins=changes_of(task.machines, found.parameters))
 
 
-def guess_of(task: Task) -> dict[str, float]:
+def guess_of(task: TuningTask) -> dict[str, float]:
     """A first guess of what is searched, from the first loop's machine; empty where there is none."""
     try:
         guess = first_guess(task.aim.loops[0])
@@ -156,7 +156,7 @@ def without_none(**arguments: object) -> dict[str, Any]:
     return {name: value for name, value in arguments.items() if value is not None}
 
 
-def sources(value: object) -> Sequence[str | Path]:
+def as_sources(value: object) -> Sequence[str | Path]:
     """One scenario or several as a list."""
     every = value if isinstance(value, list | tuple) else [value]
     found = [one for one in every if isinstance(one, str | Path)]
@@ -177,5 +177,5 @@ def comments_of(tuned: Tuned) -> list[str]:
 def as_toml(parameters: Mapping[str, float], command: str, remarks: Sequence[str] = ()) -> str:
     """Values in SI units by path, as TOML tables to paste into a scenario, under what found them."""
     comment = "".join(f"# {line}\n" for line in [*command.splitlines(), *remarks])
-    tables = tomli_w.dumps(nested(parameters))
+    tables = tomli_w.dumps(nest_changes(parameters))
     return f"# In SI units, found by hydroservo {__version__} with\n{comment}\n{tables}"

@@ -53,8 +53,8 @@ def factor_and_dimension(text: str) -> tuple[Fraction, Dimension]:
     """
     factor, dimension = Fraction(1), dict[str, Fraction]()
     try:
-        for name, exponent in powers(text):
-            one, bases = base_units(name)
+        for name, exponent in unit_powers(text):
+            one, bases = unit_of_name(name)
             factor *= Fraction(one**exponent)
             for base, power in bases.items():
                 dimension[base] = dimension.get(base, Fraction(0)) + power * exponent
@@ -65,30 +65,32 @@ def factor_and_dimension(text: str) -> tuple[Fraction, Dimension]:
 
 def power_of(name: str, text: str) -> Fraction:
     """The power of a name in a unit, 0 where it is not in it."""
-    return sum((power for one, power in powers(text) if one == name), Fraction(0))
+    return sum((power for one, power in unit_powers(text) if one == name), Fraction(0))
 
 
-def powers(text: str) -> Iterator[tuple[str, Fraction]]:
+def unit_powers(text: str) -> Iterator[tuple[str, Fraction]]:
     """The names in a unit with their exponents."""
-    return quotient(POWER_SIGN.sub("^", text.translate(SUPERSCRIPTS)).strip())
+    return parse_quotient(POWER_SIGN.sub("^", text.translate(SUPERSCRIPTS)).strip())
 
 
-def quotient(text: str) -> Iterator[tuple[str, Fraction]]:
+def parse_quotient(text: str) -> Iterator[tuple[str, Fraction]]:
     numerator, *denominators = split_outside_brackets(DIVISION, text)
     if numerator not in ("", "1"):
-        yield from product(numerator)
+        yield from parse_product(numerator)
     for denominator in denominators:
         if len(split_outside_brackets(PRODUCT, denominator)) > 1:
             raise ValueError(f"is ambiguous after the stroke; write /({denominator})")
-        for name, exponent in product(denominator):
+        for name, exponent in parse_product(denominator):
             yield name, -exponent
 
 
-def product(text: str) -> Iterator[tuple[str, Fraction]]:
+def parse_product(text: str) -> Iterator[tuple[str, Fraction]]:
     for part in split_outside_brackets(PRODUCT, text):
         if bracketed := BRACKETED.fullmatch(part):
             power = int(bracketed["power"] or 1)
-            yield from ((name, power * exponent) for name, exponent in quotient(bracketed["inner"].strip()))
+            yield from (
+                (name, power * exponent) for name, exponent in parse_quotient(bracketed["inner"].strip())
+            )
             continue
         factor = FACTOR.fullmatch(part)
         if factor is None:
@@ -114,7 +116,7 @@ def joined_names(name: str) -> list[str]:
 
 
 @lru_cache(maxsize=1024)
-def base_units(name: str) -> tuple[Fraction, Dimension]:
+def unit_of_name(name: str) -> tuple[Fraction, Dimension]:
     """One unit name as a factor times base units."""
     if name in ABSOLUTE:
         problem = f"has the unit {name}, of absolute pressures; give the pressure above the atmosphere's"
@@ -153,7 +155,7 @@ def unit_names() -> dict[str, Any]:
 def case_hint(text: str) -> str:
     """The usual name that a name in a unit differs from by its case alone, as a question; "" if none does."""
     every = unit_names()["usual"]
-    names = [name for name, _ in powers(text) if name not in every]
+    names = [name for name, _ in unit_powers(text) if name not in every]
     pairs = ((name, usual) for name in names for usual in every if usual.lower() == name.lower())
     return next((f"; did you mean {usual}?" for _, usual in pairs), "")
 
@@ -163,28 +165,28 @@ def check_si(text: str) -> None:
 
     Hz, a cycle per second, may stand for a frequency, and y for the unit of what a loop controls.
     """
-    if all(name == CONTROLLED or is_coherent(name) for name, _ in powers(text)):
+    if all(name == CONTROLLED or is_coherent(name) for name, _ in unit_powers(text)):
         return
-    instead = coherent(text)
+    instead = coherent_unit(text)
     way = "units without prefixes, such as m, kg, s, Pa and rad" if instead is None else repr(instead)
     raise ValueError(f"is not SI: declare it in {way}; scenarios may still give {text}")
 
 
 def is_coherent(name: str) -> bool:
     """Whether a unit is one of the SI's own; pint's base of mass is the gram, of angle the radian."""
-    factor, bases = base_units(name)
+    factor, bases = unit_of_name(name)
     return name == "Hz" or factor == Fraction(1000) ** bases.get("gram", Fraction(0))
 
 
-def coherent(text: str) -> str | None:
+def coherent_unit(text: str) -> str | None:
     """A unit with each name exchanged for SI's, or one of a few; None where neither can be."""
-    same = {name: of_dimension(name, NAMED) for name, _ in powers(text) if not is_coherent(name)}
+    same = {name: unit_of_dimension(name, NAMED) for name, _ in unit_powers(text) if not is_coherent(name)}
     if None not in same.values():
         return re.sub(NAME, lambda found: same.get(found[0]) or found[0], text)
-    return of_dimension(text, COMPOUND)
+    return unit_of_dimension(text, COMPOUND)
 
 
-def of_dimension(text: str, units: tuple[str, ...]) -> str | None:
+def unit_of_dimension(text: str, units: tuple[str, ...]) -> str | None:
     """The first of some units that has the dimension of another."""
     dimension = factor_and_dimension(text)[1]
     return next((unit for unit in units if factor_and_dimension(unit)[1] == dimension), None)

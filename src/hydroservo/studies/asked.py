@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.scenario.tables import Entry, Origin
+from hydroservo.scenario.tables import FileOrigin, TableEntry
 
 
 class Kind(NamedTuple):
@@ -18,7 +18,7 @@ class Kind(NamedTuple):
 
     name: str
     changes: Mapping[str, Any]
-    vary: Mapping[str, Entry]
+    vary: Mapping[str, TableEntry]
 
 
 class Level(NamedTuple):
@@ -36,7 +36,7 @@ class Level(NamedTuple):
     label: str
     value: float | None
     changes: Mapping[str, Any]
-    vary: Mapping[str, Entry]
+    vary: Mapping[str, TableEntry]
 
 
 class Axis(NamedTuple):
@@ -63,7 +63,7 @@ class Conditions(NamedTuple):
     counts: Mapping[str, int]
     stress: Sequence[float]
     stressed: int
-    vary: Mapping[str, Entry]
+    vary: Mapping[str, TableEntry]
     kinds: Sequence[Kind]
 
 
@@ -95,7 +95,7 @@ class ObserverChoice(NamedTuple):
     """
 
     table: Mapping[str, Any]
-    vary: Mapping[str, Entry]
+    vary: Mapping[str, TableEntry]
     drop: Sequence[str]
 
 
@@ -152,11 +152,11 @@ class Study(NamedTuple):
     changes: Mapping[str, Any]
     metric: str
     reference: str
-    known: Mapping[str, Entry]
+    known: Mapping[str, TableEntry]
     laws: Mapping[str, Law]
     observers: Mapping[str, ObserverChoice]
     axes: Sequence[Axis]
     conditions: Conditions
     search: Search
     limits: int
-    origin: Origin
+    origin: FileOrigin

@@ -7,12 +7,12 @@ from hydroservo.core.block import Block, declared_fields, field_at, is_block, le
 from hydroservo.core.errors import ScenarioError
 from hydroservo.core.nearest import nearest, one_of
 from hydroservo.scenario.build import Draft
-from hydroservo.scenario.layers import layered
-from hydroservo.scenario.load import Assembly, assembled
+from hydroservo.scenario.layers import layered_table
+from hydroservo.scenario.load import Assembly, assemble
 from hydroservo.scenario.plugins import plugin_classes
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.scenario.search import searched_range
-from hydroservo.scenario.tables import Entry, Table
+from hydroservo.scenario.tables import LayeredTable, TableEntry
 from hydroservo.studies.asked import Law, Level, Study
 from hydroservo.studies.file import entry_value
 
@@ -38,13 +38,13 @@ class Contender(NamedTuple):
 
 def contender(study: Study, law: Law, levels: Sequence[Level]) -> Contender:
     """A law as a study has it, on the machine of the cell at some levels of the axes."""
-    own = assembled(law.scenario, {}, study.plugins)
+    own = assemble(law.scenario, {}, study.plugins)
     place = observer_place(study, law, own.loop.controller) if law.observer else ""
     if law.unwrapped and not hasattr(own.loop.controller, "controller"):
         raise ScenarioError(study.origin.name, f"laws.{law.name}.unwrapped", "is for a law in a wrapper")
     controller = law_table(study, law, place)
     changes = {**over(study.changes, *(level.changes for level in levels)), **controller}
-    first = assembled(study.base, over(changes, study.conditions.kinds[0].changes), study.plugins)
+    first = assemble(study.base, over(changes, study.conditions.kinds[0].changes), study.plugins)
     known = known_values(study, law, first)
     check_numbers(study, law, first, known)
     changes |= known
@@ -55,13 +55,13 @@ def contender(study: Study, law: Law, levels: Sequence[Level]) -> Contender:
     if not searched:
         raise ScenarioError(study.origin.name, f"laws.{law.name}", "has nothing to search")
     check_numbers(study, law, one, searched)
-    slow = assembled(study.base, {**study.changes, **controller}, study.plugins).loop
+    slow = assemble(study.base, {**study.changes, **controller}, study.plugins).loop
     return Contender(found, as_far(searched, slow, one.loop), changes)
 
 
 def law_table(study: Study, law: Law, place: str) -> dict[str, Any]:
     """What the study's scenario says of a law, by path: another observer is in the place of its own."""
-    table = controller_table(layered(law.scenario, {}))
+    table = controller_table(layered_table(law.scenario, {}))
     if law.observer:
         given = study.observers[law.observer].table
         table = {path: value for path, value in table.items() if not within(path, f"{LAW}.{place}")}
@@ -85,10 +85,10 @@ def over(*layers: Mapping[str, Any]) -> dict[str, Any]:
 def loops(study: Study, changes: Mapping[str, Any]) -> dict[str, Assembly]:
     """The loop for each kind of condition, on the nominal machine."""
     kinds = study.conditions.kinds
-    return {one.name: assembled(study.base, over(changes, one.changes), study.plugins) for one in kinds}
+    return {one.name: assemble(study.base, over(changes, one.changes), study.plugins) for one in kinds}
 
 
-def controller_table(scenario: Table) -> dict[str, Any]:
+def controller_table(scenario: LayeredTable) -> dict[str, Any]:
     """What a scenario's files say of its law, by path: the layer that names its type, and those above."""
     table = scenario.table(LAW)
     named = [i for i, layer in enumerate(table.layers) if "type" in layer.given]
@@ -151,7 +151,7 @@ def known_values(study: Study, law: Law, assembly: Assembly) -> dict[str, float]
     return found
 
 
-def check_field(entry: Entry, kind: str, field: str) -> None:
+def check_field(entry: TableEntry, kind: str, field: str) -> None:
     """Refuse a number that no block has."""
     classes = {one.__name__: one for one in (*shipped_classes(), *plugin_classes())}
     if kind not in classes:

@@ -9,9 +9,9 @@ from hydroservo.core import builtin
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.nearest import one_of
 from hydroservo.core.validation import whole_number
-from hydroservo.scenario.layers import layered, located, named_source, nested
+from hydroservo.scenario.layers import layered_table, locate_source, named_source, nest_changes
 from hydroservo.scenario.quantities import si_value
-from hydroservo.scenario.tables import Entry, Layer, Origin, Table, parsed
+from hydroservo.scenario.tables import FileOrigin, Layer, LayeredTable, TableEntry, parse_toml
 from hydroservo.studies.asked import Axis, Conditions, Kind, Law, Level, ObserverChoice, Search, Study
 
 LARGEST_NUMBER = 1e300
@@ -20,14 +20,14 @@ LEVELS = (0.5, 1.0, 2.0, 4.0, 8.0)
 NAME = "abcdefghijklmnopqrstuvwxyz0123456789-"  # of laws, levels and kinds: they name files
 
 
-def known_keys(table: Table, allowed: Sequence[str]) -> None:
+def known_keys(table: LayeredTable, allowed: Sequence[str]) -> None:
     """Refuse a key that a table does not have."""
     for name in table.names():
         if name not in allowed:
             raise table.entry(name).unknown(name, allowed)
 
 
-def text(table: Table, name: str, default: str | None = None) -> str:
+def text(table: LayeredTable, name: str, default: str | None = None) -> str:
     """A text that is not empty."""
     if not table.has(name):
         if default is None:
@@ -40,7 +40,7 @@ def text(table: Table, name: str, default: str | None = None) -> str:
 
 
 def texts(
-    table: Table, name: str, allowed: Sequence[str] | None = None, default: Sequence[str] = ()
+    table: LayeredTable, name: str, allowed: Sequence[str] | None = None, default: Sequence[str] = ()
 ) -> list[str]:
     """Different texts, of those that are allowed; any if None."""
     if not table.has(name):
@@ -57,7 +57,7 @@ def texts(
     return found
 
 
-def whole(table: Table, name: str, low: int, high: int, default: int) -> int:
+def whole(table: LayeredTable, name: str, low: int, high: int, default: int) -> int:
     """A whole number between two others."""
     if not table.has(name):
         return default
@@ -68,7 +68,7 @@ def whole(table: Table, name: str, low: int, high: int, default: int) -> int:
         raise entry.error(error.allowed) from None
 
 
-def numbers(table: Table, name: str, low: float, high: float, default: Sequence[float]) -> list[float]:
+def numbers(table: LayeredTable, name: str, low: float, high: float, default: Sequence[float]) -> list[float]:
     """Different numbers between two others, the smallest first."""
     if not table.has(name):
         return list(default)
@@ -84,7 +84,7 @@ def is_real(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def finite(entry: Entry) -> float:
+def finite(entry: TableEntry) -> float:
     """A finite number."""
     value = entry.value
     if not is_real(value) or not -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
@@ -92,27 +92,27 @@ def finite(entry: Entry) -> float:
     return float(value)
 
 
-def changes_in(table: Table, name: str) -> dict[str, Any]:
+def changes_in(table: LayeredTable, name: str) -> dict[str, Any]:
     """Changes to a scenario by dotted path, as they stand in nested tables or under dotted keys."""
     return {path: entry_value(entry) for path, entry in table.table(name).entries()}
 
 
-def entry_value(entry: Entry) -> Any:
+def entry_value(entry: TableEntry) -> Any:
     """A value as any folder may have it: the path of a recording from here, not from its own file."""
     is_file = entry.key.rpartition(".")[2] == FILE and isinstance(entry.value, str)
     return str(entry.origin.folder / entry.value) if is_file else entry.value
 
 
-def ranges_in(table: Table, name: str) -> dict[str, Entry]:
+def ranges_in(table: LayeredTable, name: str) -> dict[str, TableEntry]:
     """What varies by path, each as an entry that says where it stands."""
     return dict(table.table(name).entries())
 
 
 def read_study(source: str | Path, changes: Mapping[str, object] | None = None) -> Study:
     """The study that a file asks for."""
-    origin, content = located(source, "studies")
-    overrides = Layer(Origin(f"{origin.name}, overridden", Path()), nested(changes or {}))
-    top = Table("", (overrides, Layer(origin, parsed(content, origin.name))))
+    origin, content = locate_source(source, "studies")
+    overrides = Layer(FileOrigin(f"{origin.name}, overridden", Path()), nest_changes(changes or {}))
+    top = LayeredTable("", (overrides, Layer(origin, parse_toml(content, origin.name))))
     keys = ("title", "base", "plugins", "set", "metric", "reference", "known")
     known_keys(top, (*keys, "laws", "observers", "axes", "conditions", "search", "limits"))
     observers = {name: observer(top.table("observers").table(name)) for name in named(top, "observers")}
@@ -148,10 +148,10 @@ def studies() -> dict[str, str]:
 
 def study_source(source: str | Path) -> str:
     """The TOML text of a study."""
-    return located(source, "studies")[1]
+    return locate_source(source, "studies")[1]
 
 
-def named(top: Table, section: str) -> Iterator[str]:
+def named(top: LayeredTable, section: str) -> Iterator[str]:
     """The names of the tables in a section."""
     table = top.table(section)
     for name in table.names():
@@ -161,28 +161,28 @@ def named(top: Table, section: str) -> Iterator[str]:
         yield name
 
 
-def scenario_of(table: Table, name: str) -> str | Path:
+def scenario_of(table: LayeredTable, name: str) -> str | Path:
     """The scenario that a key names."""
     text(table, name)
     return named_source(table.entry(name))
 
 
-def machine_of(top: Table) -> str | Path:
+def machine_of(top: LayeredTable) -> str | Path:
     """The scenario of the machine, which has no law: its gains would show through those that a law leaves."""
     found = scenario_of(top, "base")
-    if layered(found, {}).table("controller").names():
+    if layered_table(found, {}).table("controller").names():
         raise top.entry("base").error(
             "has a [controller]; it must be a scenario without, as laws are in [laws]"
         )
     return found
 
 
-def plugins_of(top: Table) -> list[Path]:
+def plugins_of(top: LayeredTable) -> list[Path]:
     """The files with blocks of one's own, by their paths from the folder of the file that names them."""
     return [top.entry("plugins").origin.folder / one for one in texts(top, "plugins")]
 
 
-def laws_in(top: Table, observers: Sequence[str]) -> Iterator[Law]:
+def laws_in(top: LayeredTable, observers: Sequence[str]) -> Iterator[Law]:
     """The laws of a file, each with each of the observers that it is to have."""
     found: dict[str, Law] = {}
     table = top.table("laws")
@@ -194,7 +194,9 @@ def laws_in(top: Table, observers: Sequence[str]) -> Iterator[Law]:
             yield one
 
 
-def laws_of(table: Table, name: str, before: Mapping[str, Law], observers: Sequence[str]) -> Iterator[Law]:
+def laws_of(
+    table: LayeredTable, name: str, before: Mapping[str, Law], observers: Sequence[str]
+) -> Iterator[Law]:
     """One table of laws: a law with each of its observers, or one of those before without a part."""
     if table.has("of"):
         known_keys(table, ("of", "without", "set", "unwrapped", "wrapped"))
@@ -214,7 +216,7 @@ def laws_of(table: Table, name: str, before: Mapping[str, Law], observers: Seque
         yield plain._replace(name=f"{name}-{one}", observer=one)
 
 
-def changed(law: Law, table: Table) -> Law:
+def changed(law: Law, table: LayeredTable) -> Law:
     """A law with what its table sets of it."""
     changes = changes_in(table, "set")
     for path in changes:
@@ -228,7 +230,7 @@ def changed(law: Law, table: Table) -> Law:
     )
 
 
-def flag(table: Table, name: str, default: bool) -> bool:
+def flag(table: LayeredTable, name: str, default: bool) -> bool:
     """Whether a key says true."""
     if not table.has(name):
         return default
@@ -238,7 +240,7 @@ def flag(table: Table, name: str, default: bool) -> bool:
     return entry.value
 
 
-def observer(table: Table) -> ObserverChoice:
+def observer(table: LayeredTable) -> ObserverChoice:
     """An observer that laws are given."""
     known_keys(table, ("set", "vary", "drop"))
     changes = changes_in(table, "set")
@@ -247,7 +249,7 @@ def observer(table: Table) -> ObserverChoice:
     return ObserverChoice(changes, ranges_in(table, "vary"), texts(table, "drop"))
 
 
-def axis(table: Table) -> Axis:
+def axis(table: LayeredTable) -> Axis:
     """An axis of the map."""
     known_keys(table, ("label", "levels"))
     levels = table.table("levels")
@@ -258,7 +260,7 @@ def axis(table: Table) -> Axis:
     return Axis(name, text(table, "label", name), found)
 
 
-def level(table: Table) -> Level:
+def level(table: LayeredTable) -> Level:
     """A level of an axis."""
     known_keys(table, ("label", "value", "set", "vary"))
     name = table.path.rpartition(".")[2]
@@ -268,7 +270,7 @@ def level(table: Table) -> Level:
     return Level(name, text(table, "label", name), value, changes_in(table, "set"), ranges_in(table, "vary"))
 
 
-def conditions(table: Table) -> Conditions:
+def conditions(table: LayeredTable) -> Conditions:
     """What is drawn, and how often; where the file is silent, the defaults."""
     splits = ("train", "validation", "test")
     known_keys(table, ("seed", *splits, "stress", "stressed", "vary", "kinds"))
@@ -287,13 +289,13 @@ def conditions(table: Table) -> Conditions:
     )
 
 
-def kind(table: Table) -> Kind:
+def kind(table: LayeredTable) -> Kind:
     """A kind of conditions."""
     known_keys(table, ("set", "vary"))
     return Kind(table.path.rpartition(".")[2], changes_in(table, "set"), ranges_in(table, "vary"))
 
 
-def search(table: Table) -> Search:
+def search(table: LayeredTable) -> Search:
     """How gains are searched; where the file is silent, the defaults."""
     known_keys(table, ("candidates", "seeds", "step", "levels", "widen"))
     return Search(
@@ -305,7 +307,7 @@ def search(table: Table) -> Search:
     )
 
 
-def candidates_in(table: Table) -> int:
+def candidates_in(table: LayeredTable) -> int:
     """The most that a search tries: a power of 2, for a search looks at its front after each."""
     found = whole(table, "candidates", 256, 2**20, 2048)
     if found & (found - 1):
@@ -313,7 +315,7 @@ def candidates_in(table: Table) -> int:
     return found
 
 
-def levels_in(table: Table) -> list[float]:
+def levels_in(table: LayeredTable) -> list[float]:
     """Activities over that of the reference, its own among them."""
     found = numbers(table, "levels", 1e-3, 1e3, LEVELS)
     if 1.0 not in found:
@@ -321,7 +323,7 @@ def levels_in(table: Table) -> list[float]:
     return found
 
 
-def step_in(table: Table) -> float | None:
+def step_in(table: LayeredTable) -> float | None:
     """The longest integration step while searching [s]; None, as those of the machine, where it is silent."""
     if not table.has("step"):
         return None
@@ -335,7 +337,7 @@ def step_in(table: Table) -> float | None:
     return found
 
 
-def limits(table: Table, most: int) -> int:
+def limits(table: LayeredTable, most: int) -> int:
     """Of how many test conditions limits are sought; where the file is silent, of none."""
     known_keys(table, ("conditions",))
     return whole(table, "conditions", 0, most, 0)

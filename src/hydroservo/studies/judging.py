@@ -17,8 +17,14 @@ from hydroservo.runs.cautions import quietly
 from hydroservo.runs.columns import SEED
 from hydroservo.runs.objective import is_possible, needed
 from hydroservo.scenario.load import Assembly
-from hydroservo.scenario.sampling import Variation, drawn, parameters_of, uniform, variation
-from hydroservo.scenario.tables import Entry
+from hydroservo.scenario.sampling import (
+    Variation,
+    draw_values,
+    loop_parameters,
+    uniform_numbers,
+    variation_at,
+)
+from hydroservo.scenario.tables import TableEntry
 from hydroservo.studies.asked import Conditions, Kind, Level, Study
 
 SPLITS = ("train", "validation", "test", "stress")
@@ -76,7 +82,7 @@ def conditions_of(
     }
 
 
-def varied(study: Study, levels: Sequence[Level], kind: Kind) -> dict[str, Entry]:
+def varied(study: Study, levels: Sequence[Level], kind: Kind) -> dict[str, TableEntry]:
     """What is drawn for the conditions of a kind, by path."""
     found = dict(study.conditions.vary)
     for level in levels:
@@ -115,18 +121,22 @@ def places(asked: Conditions, split: str, which: int) -> Places:
     return Places(numbers, "test", np.tile(own, scales.size), np.repeat(asked.stress, own.size))
 
 
-def one_kind(study: Study, split: str, which: int, ranges: Mapping[str, Entry], assembly: Assembly) -> Drawn:
+def one_kind(
+    study: Study, split: str, which: int, ranges: Mapping[str, TableEntry], assembly: Assembly
+) -> Drawn:
     """The conditions of a split that are of one kind."""
     at = places(study.conditions, split, which)
-    made = [variation(assembly, path, entry) for path, entry in ranges.items()]
+    made = [variation_at(assembly, path, entry) for path, entry in ranges.items()]
     values = {}
     for one in made:
-        stream = uniform(study.conditions.seed, f"{at.source} {one.path}", study.conditions.counts[at.source])
-        values[one.path], deviation = drawn(one, stream[at.drawn])
+        stream = uniform_numbers(
+            study.conditions.seed, f"{at.source} {one.path}", study.conditions.counts[at.source]
+        )
+        values[one.path], deviation = draw_values(one, stream[at.drawn])
         if split == "stress" and one.path.startswith(MACHINE) and deviation is not None:
             values[one.path] = stressed(study, one, assembly, at.scales * deviation)
     seeds = assembly.loop.simulation.seed + SPLITS.index(at.source) * NOISE + at.drawn
-    columns = dict(parameters_of(assembly, made, values)) | {SEED: seeds}
+    columns = dict(loop_parameters(assembly, made, values)) | {SEED: seeds}
     return Drawn(at.numbers, at.scales, columns, values | {SEED: seeds})
 
 

@@ -15,8 +15,8 @@ from hydroservo.control.metrics import judged_by
 from hydroservo.core.block import Block
 from hydroservo.core.outputs import OutputError, staged
 from hydroservo.runs.fitting import signals_used
-from hydroservo.scenario.layers import nested
-from hydroservo.scenario.load import Machine
+from hydroservo.scenario.layers import nest_changes
+from hydroservo.scenario.load import MachineBlocks
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 from hydroservo.studies.asked import Kind, Law, Study
@@ -90,7 +90,7 @@ def scenario_tables(study: Study, entrant: Entrant, kind: Kind, folder: Path) ->
     files = {path for path in changes if path.rpartition(".")[2] == FILE}
     own = {path: seen_from(folder, value) if path in files else value for path, value in changes.items()}
     base = study.base if isinstance(study.base, str) else seen_from(folder, study.base)
-    return {"base": base, **nested(own)}
+    return {"base": base, **nest_changes(own)}
 
 
 def seen_from(folder: Path, file: str | Path) -> str:
@@ -118,7 +118,7 @@ def conditions_table(entrant: Entrant) -> dict[str, Any]:
 
 def as_set(path: str) -> str:
     """Where a scenario has what a condition sets: numbers of the machine as its truth."""
-    return f"truth.{path}" if path.partition(".")[0] in Machine._fields else path
+    return f"truth.{path}" if path.partition(".")[0] in MachineBlocks._fields else path
 
 
 class Studied(NamedTuple):

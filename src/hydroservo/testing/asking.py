@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hydroservo.scenario.fits import line_reached, said_roles
+from hydroservo.scenario.fits import declared_roles, line_reached
 from hydroservo.testing.case import Case, ContractError, case_of
-from hydroservo.testing.questions import QUESTIONS, Question, ask, behaviour
+from hydroservo.testing.questions import QUESTIONS, Question, ask, behaviour_module
 
 TRANSLATED = {"gives the same bits compiled", "gives the same bits in C"}  # what no compiler takes fails both
 
@@ -45,10 +45,10 @@ def answers(block: Any, role: type | None = None) -> Iterator[Answer]:
     Raises:
         HydroservoError: hypothesis is not there.
     """
-    behaviour()
+    behaviour_module()
     cls = block if isinstance(block, type) else type(block)
     try:
-        said = said_roles(cls)
+        said = declared_roles(cls)
     except ValueError:
         said = ()
     for one in (role,) if role is not None or not said else said:
@@ -67,18 +67,18 @@ def answers_in(block: Any, cls: type, role: type | None) -> Iterator[Answer]:
     for question in QUESTIONS:
         if question.behaviour and not sound:
             return
-        answer = answer_of(question, case)
+        answer = answer_to(question, case)
         yield answer
         if question is QUESTIONS[0] and not answer.ok:
             return
         sound = sound and (answer.ok or not question.basis)
 
 
-def by_cause(given: Sequence[Answer]) -> list[list[Answer]]:
+def group_by_cause(given: Sequence[Answer]) -> list[list[Answer]]:
     """Answers, with those together that are wrong for one cause: one remark, or one line not translated."""
     groups: list[list[Answer]] = []
     for answer in given:
-        same = next((group for group in groups if one_cause(group[0], answer)), None)
+        same = next((group for group in groups if have_one_cause(group[0], answer)), None)
         if same is None:
             groups.append([answer])
         else:
@@ -86,7 +86,7 @@ def by_cause(given: Sequence[Answer]) -> list[list[Answer]]:
     return groups
 
 
-def one_cause(first: Answer, answer: Answer) -> bool:
+def have_one_cause(first: Answer, answer: Answer) -> bool:
     """Whether two answers are wrong for one cause."""
     if (
         first.ok
@@ -98,7 +98,7 @@ def one_cause(first: Answer, answer: Answer) -> bool:
     return first.remark == answer.remark or (refused and first.line > 0)
 
 
-def answer_of(question: Question, case: Case) -> Answer:
+def answer_to(question: Question, case: Case) -> Answer:
     """What comes of a question, with whatever the block's methods raise as a line."""
     about = (case.cls.__name__, case.role.__name__, question.name)
     try:

@@ -15,7 +15,7 @@ from hydroservo.engine.native import CompileError
 from hydroservo.machine.sensors.missing import missing_signals
 from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case
-from hydroservo.testing.drawing import ORDINARY, WIDE, arguments, block_of
+from hydroservo.testing.drawing import ORDINARY, WIDE, arguments, random_blocks
 
 STEPS = 4
 MAY_BE_INFINITE = {"init", "next_jump"}  # there may be no jump
@@ -28,26 +28,26 @@ Run = tuple[Block, list[list[Any]]]  # a block, and the arguments of successive 
 def check_kinds(case: Case, draw: Draw) -> None:
     """Each method returns what its role says: floats, the records of signals, a state of the type of init."""
     for name in case.compiled_methods():
-        block, inputs = drawn_run(case, draw, name, ordinary=True)
+        block, inputs = draw_calls(case, draw, name, ordinary=True)
         wanted = inspect.signature(getattr(case.role, name)).return_annotation
         if name in ("step", "deriv") and case.has_state:
             wanted = block.init()
         for result in results(getattr(case.cls, name), block, name, inputs):
-            problem = unlike(result, wanted)
+            problem = type_problem(result, wanted)
             if problem:
                 raise case.error(f"{name} {problem}", name)
             if case.role is Monitor and name == "step":
-                check_values(case, block, result)
+                check_metric_kinds(case, block, result)
 
 
-def check_values(case: Case, block: Block, state: Block) -> None:
+def check_metric_kinds(case: Case, block: Block, state: Block) -> None:
     """A monitor's metrics are of the same names and types whatever it gathered."""
     found, wanted = block.values(state), block.values(block.init())
     if kinds(found) != kinds(wanted):
         raise case.error(f"values gives {found!r}, and {wanted!r} before a run", "values")
 
 
-def unlike(result: Any, wanted: Any) -> str:
+def type_problem(result: Any, wanted: Any) -> str:
     """How a result is not of the type that is wanted, a class or an example; "" where it is."""
     if is_block(wanted) and kinds(result) != kinds(wanted):
         return f"returns {result!r}, not like {wanted!r} of init, in the names and types of its numbers"
@@ -74,14 +74,14 @@ def check_finite(case: Case, draw: Draw) -> None:
     for name in case.compiled_methods():
         if name in MAY_BE_INFINITE:
             continue
-        block, inputs = drawn_run(case, draw, name, ordinary=True)
+        block, inputs = draw_calls(case, draw, name, ordinary=True)
         unknown = unknown_numbers(case, block, name)
         for row, result in zip(inputs, results(getattr(case.cls, name), block, name, inputs), strict=True):
             for path, value in leaves(result) if is_block(result) else [("", result)]:
                 may_be = path in unknown and (math.isnan(value) or case.role is Monitor)
                 if not (math.isfinite(value) or may_be):
                     of = f" in {path}" if path else ""
-                    raise case.error(f"{name} gives {value}{of} for {shown(row)}, with {block!r}", name)
+                    raise case.error(f"{name} gives {value}{of} for {row_text(row)}, with {block!r}", name)
 
 
 def unknown_numbers(case: Case, block: Block, name: str) -> set[str]:
@@ -96,11 +96,11 @@ def unknown_numbers(case: Case, block: Block, name: str) -> set[str]:
 def check_repeatable(case: Case, draw: Draw) -> None:
     """The same inputs give the same bits, and stay as they are, as does the block."""
     for name in case.compiled_methods():
-        block, inputs = drawn_run(case, draw, name, ordinary=False)
+        block, inputs = draw_calls(case, draw, name, ordinary=False)
         before = all_bits([block, *inputs])
         first, second = (all_bits(results(getattr(case.cls, name), block, name, inputs)) for _ in range(2))
         if first != second:
-            raise case.error(f"{name} gives other numbers for the same inputs, {shown(inputs[0])}", name)
+            raise case.error(f"{name} gives other numbers for the same inputs, {row_text(inputs[0])}", name)
         if all_bits([block, *inputs]) != before:
             raise case.error(f"{name} changes what it is given", name)
 
@@ -108,13 +108,13 @@ def check_repeatable(case: Case, draw: Draw) -> None:
 def check_compiled(case: Case, draw: Draw) -> None:
     """Compiled, its methods give the bits of plain Python for any inputs, and leave those alone."""
     for name in case.compiled_methods():
-        block, inputs = drawn_run(case, draw, name, ordinary=False)
+        block, inputs = draw_calls(case, draw, name, ordinary=False)
         before = all_bits([block, *inputs])
         expected = results(getattr(case.cls, name), block, name, inputs)
         for _ in range(2):
             for row, a, b in zip(inputs, expected, compiled_results(case, block, name, inputs), strict=True):
                 if bits(a) != bits(b):
-                    problem = f"{name} gives {a!r} in plain Python and {b!r} compiled, for {shown(row)}"
+                    problem = f"{name} gives {a!r} in plain Python and {b!r} compiled, for {row_text(row)}"
                     raise case.error(problem, name)
         if all_bits([block, *inputs]) != before:
             raise case.error(f"{name} compiled changes what it is given", name)
@@ -133,8 +133,8 @@ def compiled_method(cls: type, name: str) -> Callable[..., Any]:
     return compiled(vars(cls)[name])
 
 
-def drawn_run(case: Case, draw: Draw, name: str, *, ordinary: bool) -> Run:
-    block = draw(blocks(case, ordinary))
+def draw_calls(case: Case, draw: Draw, name: str, *, ordinary: bool) -> Run:
+    block = draw(cached_random_blocks(case, ordinary))
     inputs = [draw(arguments(block, case.role, name, ordinary)) for _ in range(STEPS)]
     if name == "step":
         inputs[0][0] = block.init()
@@ -142,8 +142,8 @@ def drawn_run(case: Case, draw: Draw, name: str, *, ordinary: bool) -> Run:
 
 
 @lru_cache(maxsize=2)  # to make it takes longer than to draw from it
-def blocks(case: Case, ordinary: bool) -> SearchStrategy[Block]:
-    return block_of(case.block, ORDINARY if ordinary else WIDE)
+def cached_random_blocks(case: Case, ordinary: bool) -> SearchStrategy[Block]:
+    return random_blocks(case.block, ORDINARY if ordinary else WIDE)
 
 
 def results(method: Method, block: Block, name: str, inputs: Sequence[Sequence[Any]]) -> list[Any]:
@@ -160,5 +160,5 @@ def all_bits(values: Any) -> Any:
     return [all_bits(one) for one in values] if isinstance(values, list) else bits(values)
 
 
-def shown(row: Sequence[Any]) -> str:
+def row_text(row: Sequence[Any]) -> str:
     return ", ".join(map(repr, row))

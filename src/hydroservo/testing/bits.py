@@ -22,6 +22,6 @@ def bits(value: Any) -> Any:
     return type(value), value
 
 
-def numbers(value: Any) -> list[float]:
+def numbers_in_result(value: Any) -> list[float]:
     """Every number in a result."""
     return [number for _, number in leaves(value)] if is_block(value) else [value]

@@ -11,7 +11,7 @@ from hydroservo.control.wiring import with_model, with_signal
 from hydroservo.core.block import Block
 from hydroservo.core.roles import Monitor
 from hydroservo.machine.plants import DesignModel
-from hydroservo.scenario.fits import file_of, line_of, role_methods, roles_of, said_roles
+from hydroservo.scenario.fits import class_line, declared_roles, possible_roles, role_methods, source_file
 from hydroservo.testing.examples import EXAMPLES, example
 
 PLAIN = {"declared", "simplified", "substeps_for", "trusted_rate"}  # methods of roles that only Python calls
@@ -64,10 +64,10 @@ class Case:
         named = NAMED.search(problem)
         if named is not None:
             places = [(named["file"], int(named["line"]))]
-        own = Path(file_of(self.cls)).name
+        own = Path(source_file(self.cls)).name
         line = next((line for file, line in places if Path(file).name == own), None)
         if line is None:
-            return ContractError(problem, line_of(self.cls, member))
+            return ContractError(problem, class_line(self.cls, member))
         return ContractError(NAMED.sub("", problem, count=1), line)
 
 
@@ -90,15 +90,17 @@ def case_of(block: Any, role: type | None = None) -> Case:
 def only_role(cls: type) -> type:
     """The role that a class says, or the only one whose methods it has."""
     try:
-        roles = roles_of(cls)
+        roles = possible_roles(cls)
     except ValueError as error:
-        raise ContractError(str(error), line_of(cls)) from None
+        raise ContractError(str(error), class_line(cls)) from None
     names = [role.__name__ for role in roles]
     if not roles:
-        raise ContractError("declares no role, and does not have the methods of any", line_of(cls))
+        raise ContractError("declares no role, and does not have the methods of any", class_line(cls))
     if len(roles) > 1:
-        way = "ask in one of them" if said_roles(cls) else "say which it is with @role(...) above the class"
-        raise ContractError(f"has the methods of {', '.join(names)}; {way}", line_of(cls))
+        way = (
+            "ask in one of them" if declared_roles(cls) else "say which it is with @role(...) above the class"
+        )
+        raise ContractError(f"has the methods of {', '.join(names)}; {way}", class_line(cls))
     return roles[0]
 
 
@@ -110,6 +112,6 @@ def example_of(cls: Any) -> Block:
     open_fields = [name for name in cls._fields if name not in given]
     if open_fields:
         problem = f"has no default for {', '.join(open_fields)}: give one, or check_block an example"
-        raise ContractError(problem, line_of(cls, open_fields[0]))
+        raise ContractError(problem, class_line(cls, open_fields[0]))
     made: Block = cls()
     return made

@@ -13,24 +13,24 @@ from hydroservo.core.roles import (
 )
 from hydroservo.core.validation import TEXT, checked
 from hydroservo.runs.returns import STATES
-from hydroservo.scenario.fits import ROLES, a_role, check_said, line_of, misfit
+from hydroservo.scenario.fits import ROLES, a_role, check_declared_roles, class_line, role_problem
 from hydroservo.scenario.units import check_si
 from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case, ContractError
 
 
-def check_role(case: Case) -> None:
+def check_fits_role(case: Case) -> None:
     """It has the methods of its role, what others read of it and of its state, and blocks in it that fit."""
-    problem = misfit(case.cls, case.role)
+    problem = role_problem(case.cls, case.role)
     if problem is not None:
         raise case.error(f"cannot be {a_role(case.role)}: {problem}")
     try:
-        check_said(case.cls)
+        check_declared_roles(case.cls)
     except ValueError as error:
         raise case.error(str(error)) from None
     check_fields(case)
     check_state(case)
-    check_values(case)
+    check_metric_values(case)
     check_parts(case)
 
 
@@ -61,7 +61,7 @@ def check_state(case: Case) -> None:
             raise case.error(f"its state has no {name}, {wanted}", "init")
 
 
-def check_values(case: Case) -> None:
+def check_metric_values(case: Case) -> None:
     if case.role is not Monitor:
         return
     values = case.block.values(case.block.init())
@@ -75,7 +75,7 @@ def check_values(case: Case) -> None:
 def check_parts(case: Case) -> None:
     hints = get_type_hints(case.cls)
     for name, part in case.block._asdict().items():
-        problem = misfit(type(part), hints[name]) if hints.get(name) in ROLES else None
+        problem = role_problem(type(part), hints[name]) if hints.get(name) in ROLES else None
         if problem is not None:
             raise case.error(f"{name} cannot be {a_role(hints[name])}: {problem}", name)
 
@@ -92,10 +92,10 @@ def check_declared(case: Case) -> None:
 
     Of a monitor, whose state may be its own affair, each of its metrics.
     """
-    others = metrics(case) if case.role is Monitor else state_numbers(case)
-    for owner, name in [*parameters(case.block), *others]:
+    others = metric_numbers(case) if case.role is Monitor else state_numbers(case)
+    for owner, name in [*block_parameters(case.block), *others]:
         cls: Any = type(owner)
-        field, line = declared_fields(cls).get(name), line_of(cls, name)
+        field, line = declared_fields(cls).get(name), class_line(cls, name)
         if isinstance(getattr(owner, name), str) and get_type_hints(cls).get(name) is str:
             raise ContractError(str(ParameterError(name, getattr(owner, name), TEXT)), line)
         if field is None:
@@ -109,14 +109,14 @@ def check_declared(case: Case) -> None:
             raise ContractError(f"{name} has no meaning: Field({field.unit!r}, meaning, ...)", line)
 
 
-def parameters(block: Block) -> Iterator[tuple[Block, str]]:
+def block_parameters(block: Block) -> Iterator[tuple[Block, str]]:
     """The numbers of a block itself, but for flags."""
     for name, value in block._asdict().items():
         if not is_block(value) and not isinstance(value, bool):
             yield block, name
 
 
-def metrics(case: Case) -> Iterator[tuple[Block, str]]:
+def metric_numbers(case: Case) -> Iterator[tuple[Block, str]]:
     values = case.block.values(case.block.init())
     for name in values._fields:
         yield values, name
@@ -131,7 +131,7 @@ def state_numbers(case: Case) -> Iterator[tuple[Block, str]]:
         yield (value_at(state, parent) if parent else state), name
 
 
-def check_numbers(case: Case) -> None:
+def check_own_ranges(case: Case) -> None:
     """Its numbers are in the ranges that it declares, and go together."""
     try:
         checked(case.block)

@@ -38,7 +38,7 @@ from hydroservo.testing.examples import example
 from hydroservo.testing.places import watched_loop
 
 
-class Range(NamedTuple):
+class Spread(NamedTuple):
     """How far from a block's defaults its parameters may be.
 
     Attributes:
@@ -52,11 +52,11 @@ class Range(NamedTuple):
 
 MANY = 50  # numbers of a nested block or of a state
 
-ORDINARY = Range(1.0, 0.2)
-WIDE = Range(4.0, 0.0)
+ORDINARY = Spread(1.0, 0.2)
+WIDE = Spread(4.0, 0.0)
 
 
-def block_of(example: Block, spread: Range) -> SearchStrategy[Block]:
+def random_blocks(example: Block, spread: Spread) -> SearchStrategy[Block]:
     """Blocks of an example's class with random parameters around its own, in their ranges.
 
     Where those do not go together, as the block's ``check`` says, it is the example itself.
@@ -66,15 +66,15 @@ def block_of(example: Block, spread: Range) -> SearchStrategy[Block]:
     cls: Any = type(example)
     fields = declared_fields(cls)
     parts = {
-        name: (table(value) if len(values(value)) > MANY else block_of(value, spread))
+        name: (random_table(value) if len(values(value)) > MANY else random_blocks(value, spread))
         if is_block(value)
-        else number(value, fields.get(name, Field("", name)), spread)
+        else random_number(value, fields.get(name, Field("", name)), spread)
         for name, value in zip(example._fields, example, strict=True)
     }
-    return st.builds(cls, **parts).map(in_range).map(lambda one: one if fits(one) else example)
+    return st.builds(cls, **parts).map(in_range).map(lambda one: one if is_consistent(one) else example)
 
 
-def table(example: Block) -> SearchStrategy[Block]:
+def random_table(example: Block) -> SearchStrategy[Block]:
     """A block of so many numbers that they are one draw's, of the size of 1."""
     return generators().map(
         lambda some: filled(example, iter(some.normal(size=len(values(example))).tolist()))
@@ -86,7 +86,7 @@ def generators() -> SearchStrategy[np.random.Generator]:
     return st.integers(0, 2**32 - 1).map(np.random.default_rng)
 
 
-def fits(block: Block) -> bool:
+def is_consistent(block: Block) -> bool:
     """Whether the numbers of a block go together."""
     try:
         consistent(block)
@@ -95,7 +95,7 @@ def fits(block: Block) -> bool:
     return True
 
 
-def number(default: Any, field: Field, spread: Range) -> SearchStrategy[Any]:
+def random_number(default: Any, field: Field, spread: Spread) -> SearchStrategy[Any]:
     if isinstance(default, bool):
         return st.booleans()
     if default == field.auto:
@@ -196,27 +196,27 @@ class Oscillator(NamedTuple):
         return np.inf
 
 
-def feeds(spread: Range) -> SearchStrategy[Feed]:
+def feeds(spread: Spread) -> SearchStrategy[Feed]:
     """What drives find at a valve and a supply."""
     ordinary = spread is ORDINARY
-    line = st.builds(Pressures, signal(4e6, ordinary), signal(1e5, ordinary))
-    command, opening = (signal(SCALES[name], ordinary) for name in ("command", "opening"))
-    return st.builds(Feed, command, block_of(example(Orifice), spread), opening, line)
+    line = st.builds(Pressures, random_signal(4e6, ordinary), random_signal(1e5, ordinary))
+    command, opening = (random_signal(SCALES[name], ordinary) for name in ("command", "opening"))
+    return st.builds(Feed, command, random_blocks(example(Orifice), spread), opening, line)
 
 
-MADE: dict[str, Callable[[Range], SearchStrategy[Any]]] = {
+MADE: dict[str, Callable[[Spread], SearchStrategy[Any]]] = {
     "draws": lambda _: st.builds(Draws, whole_below(2**53), whole_below(2**16), whole_below(2**53)),
-    "model": lambda spread: block_of(example(DesignModel), spread),
-    "mechanism": lambda spread: block_of(example(OneLinkArm), spread),
-    "edges": lambda spread: block_of(example(Orifice), spread),
+    "model": lambda spread: random_blocks(example(DesignModel), spread),
+    "mechanism": lambda spread: random_blocks(example(OneLinkArm), spread),
+    "edges": lambda spread: random_blocks(example(Orifice), spread),
     "feed": feeds,
     "ports": lambda spread: st.builds(
         Ports, st.just(ValveOnSupply()), st.just(ValveOnSupplyState()), feeds(spread)
     ),
-    "relief": lambda spread: block_of(example(ReliefValve), spread),
+    "relief": lambda spread: random_blocks(example(ReliefValve), spread),
     "substeps": lambda _: st.integers(1, 5),
     "system": lambda _: st.just(Oscillator()),
-    "x": lambda _: state(Swinging(0.0, 0.0), ordinary=True),
+    "x": lambda _: random_state(Swinging(0.0, 0.0), ordinary=True),
 }
 
 
@@ -235,41 +235,45 @@ def arguments(draw: Any, block: Block, role: type, name: str, ordinary: bool) ->
     rows = []
     for wanted in role_methods(role)[name][1:]:
         if wanted == own:
-            rows.append(draw(state(block.init(), ordinary)))
+            rows.append(draw(random_state(block.init(), ordinary)))
         elif role is Start:
             rows.append(draw(loop_states(ordinary)))
         elif role is Monitor and wanted in RUNNING:
             rows.append(draw(RUNNING[wanted](ordinary)))
         elif wanted == "at":
-            rows.append(block.at(draw(argument(role, "velocity", ordinary))))
+            rows.append(block.at(draw(argument_values(role, "velocity", ordinary))))
         elif wanted == "held":
-            rows.append(block.held(draw(state(block.init(), ordinary)), draw(argument(role, "u", ordinary))))
+            rows.append(
+                block.held(
+                    draw(random_state(block.init(), ordinary)), draw(argument_values(role, "u", ordinary))
+                )
+            )
         else:
-            rows.append(draw(argument(role, wanted, ordinary)))
+            rows.append(draw(argument_values(role, wanted, ordinary)))
     return rows
 
 
 @cache
-def argument(role: type, name: str, ordinary: bool) -> SearchStrategy[Any]:
+def argument_values(role: type, name: str, ordinary: bool) -> SearchStrategy[Any]:
     """Values of an argument of a role's methods."""
     spread = ORDINARY if ordinary else WIDE
     if name in MADE:
         return MADE[name](spread)
     if name in RECORDS:
-        return state(RECORDS[name](*(1.0 for _ in RECORDS[name]._fields)), ordinary)
+        return random_state(RECORDS[name](*(1.0 for _ in RECORDS[name]._fields)), ordinary)
     if role in (Reaching, Realisation) and name == "s":
-        return signal(1e-3, ordinary)
+        return random_signal(1e-3, ordinary)
     if role in (Reaching, Realisation) and name == "a":
         return st.floats(0.2, 0.8) if ordinary else st.floats(0.01, 0.99)
     if name not in SCALES:
         raise LookupError(f"{role.__name__} has an argument {name!r} that the contract does not know")
     if name in NEVER_NEGATIVE:
         return positive(SCALES[name], spread.decades)
-    return signal(SCALES[name], ordinary)
+    return random_signal(SCALES[name], ordinary)
 
 
 @cache
-def watched() -> Block:
+def prepared_watched_loop() -> Block:
     """The loop that monitors are shown, as it is before a run, without the monitors, as kernels have it."""
     return ready(watched_loop())._replace(metrics=Usual())
 
@@ -277,14 +281,14 @@ def watched() -> Block:
 @cache
 def loop_states(ordinary: bool) -> SearchStrategy[Block]:
     """States of that loop at an instant, each number of the size that its name tells."""
-    example = watched().init()
+    example = prepared_watched_loop().init()
     paths = [path for path, _ in leaves(example)]
-    sizes = {path: signal(SCALES.get(path.rpartition(".")[2], 0.1), ordinary) for path in paths}
+    sizes = {path: random_signal(SCALES.get(path.rpartition(".")[2], 0.1), ordinary) for path in paths}
     return st.fixed_dictionaries(sizes).map(lambda changes: replace(example, changes))
 
 
 RUNNING: dict[str, Callable[[bool], SearchStrategy[Any]]] = {
-    "loop": lambda _: st.just(watched()),
+    "loop": lambda _: st.just(prepared_watched_loop()),
     "s": loop_states,
 }
 
@@ -294,12 +298,12 @@ def whole_below(limit: int) -> SearchStrategy[float]:
 
 
 @cache
-def signal(scale: float, ordinary: bool) -> SearchStrategy[float]:
+def random_signal(scale: float, ordinary: bool) -> SearchStrategy[float]:
     near = around(scale, 1.0)
     return near if ordinary else st.one_of(near, st.floats())
 
 
-def state(example: Block, ordinary: bool) -> SearchStrategy[Block]:
+def random_state(example: Block, ordinary: bool) -> SearchStrategy[Block]:
     """States of the type of an example."""
     changed = changes_at(tuple(path for path, _ in leaves(example)), ordinary)
     return changed.map(lambda changes: replace(example, changes))
@@ -307,7 +311,7 @@ def state(example: Block, ordinary: bool) -> SearchStrategy[Block]:
 
 @cache  # what strategies look like is worth more time than what they draw
 def changes_at(paths: tuple[str, ...], ordinary: bool) -> SearchStrategy[dict[str, float]]:
-    number = signal(0.1, ordinary)
+    number = random_signal(0.1, ordinary)
     if len(paths) <= MANY:
         return st.fixed_dictionaries(dict.fromkeys(paths, number))
     few = st.lists(number, min_size=1, max_size=MANY)

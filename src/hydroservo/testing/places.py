@@ -16,7 +16,7 @@ from hydroservo.core.roles import Hold, Monitor
 from hydroservo.machine.drives import PumpDrive
 from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.valves import NoValve
-from hydroservo.scenario.fits import ROLES, said_roles
+from hydroservo.scenario.fits import ROLES, declared_roles
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing.examples import example
 
@@ -25,7 +25,7 @@ PERIODS = 1000
 START = 2e6  # Pa
 
 
-class Place(NamedTuple):
+class BlockPlace(NamedTuple):
     """A field of a block in a loop."""
 
     loop: Loop
@@ -38,7 +38,7 @@ def loop_with(block: Block, role: type) -> Loop | None:
 
     Blocks around it are those that hydroservo has, with their defaults, or examples where they have none.
     """
-    for place in places():
+    for place in block_places():
         if place.kind in (role, type(block)):
             late = getattr(block, "delay", 0.0) if role is Hold else 0.0
             period = 2.0 * late or PERIOD  # one of the two steps in it ends where the command comes
@@ -73,9 +73,9 @@ def with_its_machine(loop: Loop) -> Loop:
     return loop._replace(drive=example(PumpDrive)) if isinstance(loop.valve, NoValve) else loop
 
 
-def places() -> Iterator[Place]:
+def block_places() -> Iterator[BlockPlace]:
     """The fields that hold blocks, in a loop and in each block that it may hold, and a monitor's place."""
-    yield Place(watched_loop(), "metrics.asked", Monitor)
+    yield BlockPlace(watched_loop(), "metrics.asked", Monitor)
     seen: set[type] = set()
     waiting = deque((example(Loop), path) for path in Loop._fields)
     while waiting:
@@ -83,8 +83,8 @@ def places() -> Iterator[Place]:
         here, kind = value_at(loop, path), kind_at(loop, path)
         if not is_block(here):
             continue
-        yield Place(loop, path, kind)
-        others = playing(kind) if kind in ROLES else []
+        yield BlockPlace(loop, path, kind)
+        others = classes_in_role(kind) if kind in ROLES else []
         for cls in dict.fromkeys([type(here), *others]):
             if cls not in seen:
                 seen.add(cls)
@@ -100,9 +100,9 @@ def watched_loop() -> Loop:
     )
 
 
-def playing(role: type) -> list[type]:
+def classes_in_role(role: type) -> list[type]:
     """The blocks that hydroservo has for a role."""
-    return [cls for cls in shipped_classes() if role in said_roles(cls)]
+    return [cls for cls in shipped_classes() if role in declared_roles(cls)]
 
 
 def kind_at(loop: Loop, path: str) -> Any:

@@ -29,7 +29,7 @@ class Question(NamedTuple):
     behaviour: bool = False
 
 
-def behaviour() -> ModuleType:
+def behaviour_module() -> ModuleType:
     """The questions that draw random numbers."""
     try:
         from hydroservo.testing import behaviour as found
@@ -40,40 +40,40 @@ def behaviour() -> ModuleType:
     return found
 
 
-def translated(case: Case) -> str:
+def same_in_c(case: Case) -> str:
     from hydroservo.testing.translation import check_translated
 
     return check_translated(case)
 
 
-def returns(case: Case, draw: Any) -> None:
-    behaviour().check_kinds(case, draw)
+def returns_as_declared(case: Case, draw: Any) -> None:
+    behaviour_module().check_kinds(case, draw)
 
 
 def stays_finite(case: Case, draw: Any) -> None:
-    behaviour().check_finite(case, draw)
+    behaviour_module().check_finite(case, draw)
 
 
 def same_compiled(case: Case, draw: Any) -> None:
-    behaviour().check_compiled(case, draw)
+    behaviour_module().check_compiled(case, draw)
 
 
 def same_again(case: Case, draw: Any) -> None:
-    behaviour().check_repeatable(case, draw)
+    behaviour_module().check_repeatable(case, draw)
 
 
 QUESTIONS = (
-    Question("fits its role", declarations.check_role),
+    Question("fits its role", declarations.check_fits_role),
     Question("is documented", declarations.check_documented),
     Question("declares its numbers", declarations.check_declared),
-    Question("is in its own ranges", declarations.check_numbers, basis=True),
+    Question("is in its own ranges", declarations.check_own_ranges, basis=True),
     Question("starts with floats, at rest", declarations.check_floats, basis=True),
     Question("pickles", declarations.check_pickles),
-    Question("returns what its role says", returns, 6, basis=True, behaviour=True),
+    Question("returns what its role says", returns_as_declared, 6, basis=True, behaviour=True),
     Question("stays finite", stays_finite, 15, behaviour=True),
     Question("gives the same bits compiled", same_compiled, 15, behaviour=True),
     Question("gives the same bits again", same_again, 6, behaviour=True),
-    Question("gives the same bits in C", translated, behaviour=True),
+    Question("gives the same bits in C", same_in_c, behaviour=True),
 )
 
 
@@ -90,13 +90,13 @@ def ask(question: Question, case: Case, **settings: Any) -> str:
     """
     with np.errstate(all="ignore"):  # what a block makes of odd inputs is for the questions to judge
         return (
-            question.check(case) or "" if not question.examples else asked_at_random(question, case, settings)
+            question.check(case) or "" if not question.examples else ask_at_random(question, case, settings)
         )
 
 
-def asked_at_random(question: Question, case: Case, settings: Mapping[str, Any]) -> str:
+def ask_at_random(question: Question, case: Case, settings: Mapping[str, Any]) -> str:
     """Ask a question with random blocks and inputs."""
-    behaviour()
+    behaviour_module()
     from hypothesis import HealthCheck, Phase, given
     from hypothesis import settings as set_to
     from hypothesis import strategies as st

@@ -32,8 +32,8 @@ def check_translated(case: Case) -> str:
     except ParameterError as error:  # the block's own numbers are asked about elsewhere
         return f"not tried: the machine of this check does not go with it: {error}"
     if case.role is Controller:
-        translated(case, loop, Part.CONTROLLER)  # as export does, which refuses what a whole loop may have
-    unit = translated(case, loop, Part.LOOP)
+        exported_with(case, loop, Part.CONTROLLER)  # as export does, which refuses what a whole loop may have
+    unit = exported_with(case, loop, Part.LOOP)
     try:
         unproved = proof_of(unit, made_vectors(loop, Part.LOOP, unit)).unproved
     except HydroservoError as error:
@@ -41,7 +41,7 @@ def check_translated(case: Case) -> str:
     return f"bits not compared: {unproved}" if unproved else ""
 
 
-def translated(case: Case, loop: Loop, part: Part) -> Unit:
+def exported_with(case: Case, loop: Loop, part: Part) -> Unit:
     try:
         return exported_unit(loop, part, prefix="block", title=case.cls.__name__)
     except HydroservoError as error:

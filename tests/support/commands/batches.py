@@ -3,19 +3,19 @@
 import shlex
 
 from hydroservo import Loop
-from hydroservo.cli.options import ranges_in, replay
+from hydroservo.cli.options import parse_ranges, replay_command
 from hydroservo.core.block import replace
 from hydroservo.scenario import load_scenario, parse_override
-from hydroservo.scenario.load import assembled
-from hydroservo.scenario.sampling import Drawn, draws_of, variations
+from hydroservo.scenario.load import assemble
+from hydroservo.scenario.sampling import Drawn, draw_runs, variations
 
 NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
 
 
 def drawn(*ranges, changes=(), seed=0, runs=50, seeds=False, name=NAME):
-    assembly = assembled(name, dict(map(parse_override, changes)))
-    varied = variations(assembly, ranges_in(ranges))
-    return assembly.loop, draws_of(assembly, varied, runs, seed=seed, seeds=seeds)
+    assembly = assemble(name, dict(map(parse_override, changes)))
+    varied = variations(assembly, parse_ranges(ranges))
+    return assembly.loop, draw_runs(assembly, varied, runs, seed=seed, seeds=seeds)
 
 
 def replayed(text: str) -> Loop:
@@ -28,7 +28,7 @@ def replayed(text: str) -> Loop:
 
 def again(name: str, changes: list[str], found: Drawn, run: int) -> Loop:
     """The loop that the command simulates which is printed for a run."""
-    return replayed(replay(["hydroservo", "run", name], changes, (), found.changes(run)))
+    return replayed(replay_command(["hydroservo", "run", name], changes, (), found.changes(run)))
 
 
 def alone(loop: Loop, found: Drawn, run: int) -> Loop:

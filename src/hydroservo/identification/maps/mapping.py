@@ -20,8 +20,8 @@ from hydroservo.identification.maps.result import Found, Interval, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow
 from hydroservo.identification.result import Estimate, tables_or_remark
 from hydroservo.identification.segments import Understood
-from hydroservo.scenario.layers import nested
-from hydroservo.scenario.load import Assembly, assembled
+from hydroservo.scenario.layers import nest_changes
+from hydroservo.scenario.load import Assembly, assemble
 
 
 class Kind(StrEnum):
@@ -75,14 +75,14 @@ def map_logs(
     if scenario is None and (changes or plugins):
         given = "changes" if changes else "plugins"
         raise ParameterError(given, changes or plugins, "need a scenario")
-    assembly = None if scenario is None else assembled(scenario, changes, plugins)
+    assembly = None if scenario is None else assemble(scenario, changes, plugins)
     needed = (COMMAND,) if kind in (Kind.VALVE_FLOW, Kind.PRESSURE_GAIN) else ()
     with commands_in(VOLTS if assembly is None else assembly.loop.command):
         taken = logs_of(logs, log_mapping({} if assembly is None else assembly.log_columns), needed)
     found = measured(Kind(kind), taken, assembly, str(scenario))
     load = () if assembly is None or kind != Kind.FRICTION else load_taken(taken, assembly.loop)
     remarks = list(dict.fromkeys([*load, *(line for log in taken for line in log.remarks), *found.remarks]))
-    tables: dict[str, Any] = nested(changes or {})
+    tables: dict[str, Any] = nest_changes(changes or {})
     if scenario is not None and found.values:
         tables, problems = tables_or_remark(scenario, changes or {}, plugins, estimates(found.values))
         remarks += problems

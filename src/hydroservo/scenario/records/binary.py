@@ -18,7 +18,15 @@ from numpy.typing import NDArray
 from hydroservo.core.errors import HydroservoError, ScenarioError, require
 from hydroservo.core.inputs import check_regular
 from hydroservo.core.outputs import temporary_folder
-from hydroservo.scenario.records.columns import TIME, Choose, Column, Header, Record, Samples, header_of
+from hydroservo.scenario.records.columns import (
+    TIME,
+    Choose,
+    Header,
+    RecordColumn,
+    RecordedColumns,
+    Samples,
+    header_of,
+)
 
 TABLE_PROCESS = Path(__file__).with_name("table_process.py")
 MOST_READ = 1 << 30  # bytes of the columns that are chosen
@@ -32,7 +40,7 @@ DATES = ("timestamp", "duration")
 ADVICE = "; save each signal as a vector, such as t = ts.Time; x = ts.Data; save('log.mat', 't', 'x')"
 
 
-class Table(NamedTuple):
+class BinaryTable(NamedTuple):
     """The columns of a file, of which nothing was read yet.
 
     Attributes:
@@ -48,7 +56,7 @@ class Table(NamedTuple):
     others: Sequence[str] = ()
 
 
-def read_binary_columns(path: Path, choose: Choose, largest: int, *, gaps: bool) -> Record:
+def read_binary_columns(path: Path, choose: Choose, largest: int, *, gaps: bool) -> RecordedColumns:
     """The chosen columns of a file whose ending is one of :data:`BINARY`, in its units.
 
     It has at most ``largest`` bytes; samples are missing only where ``gaps`` allows it.
@@ -69,12 +77,14 @@ def read_binary_columns(path: Path, choose: Choose, largest: int, *, gaps: bool)
     except Exception as error:  # whatever a library says of a file that is not what its ending says
         problem = " ".join(str(error).split()) or type(error).__name__
         raise ScenarioError(name, "", f"cannot be read as {kind}: {problem}") from None
-    samples = {one.signal: numbers(row, name, one, gaps) for one, row in zip(columns, rows, strict=True)}
+    samples = {
+        one.signal: column_numbers(row, name, one, gaps) for one, row in zip(columns, rows, strict=True)
+    }
     check_lengths(columns, samples, name)
-    return Record(columns, table.headers, samples)
+    return RecordedColumns(columns, table.headers, samples)
 
 
-def choose_from(table: Table, choose: Choose, name: str) -> Sequence[Column]:
+def choose_from(table: BinaryTable, choose: Choose, name: str) -> Sequence[RecordColumn]:
     """The columns that are wanted."""
     others = f"{', '.join(table.others[:NAMED])}{' ...' if len(table.others) > NAMED else ''}"
     advice = ADVICE if name.lower().endswith(".mat") else ""
@@ -89,7 +99,7 @@ def choose_from(table: Table, choose: Choose, name: str) -> Sequence[Column]:
         raise ScenarioError(error.file, error.key, problem) from None
 
 
-def check_lengths(columns: Sequence[Column], samples: Samples, name: str) -> None:
+def check_lengths(columns: Sequence[RecordColumn], samples: Samples, name: str) -> None:
     """Refuse columns that are not those of one table."""
     first, *others = columns
     size = samples[first.signal].size
@@ -102,7 +112,7 @@ def check_lengths(columns: Sequence[Column], samples: Samples, name: str) -> Non
             check_increasing(one, samples[TIME], name)
 
 
-def check_increasing(column: Column, instants: NDArray[np.float64], name: str) -> None:
+def check_increasing(column: RecordColumn, instants: NDArray[np.float64], name: str) -> None:
     """Refuse instants that do not increase."""
     late = np.flatnonzero(~(np.diff(instants) > 0.0))
     if late.size:
@@ -110,7 +120,7 @@ def check_increasing(column: Column, instants: NDArray[np.float64], name: str) -
         raise ScenarioError(name, place, "is not after that in the row before")
 
 
-def numbers(values: NDArray[Any], name: str, column: Column, gaps: bool) -> NDArray[np.float64]:
+def column_numbers(values: NDArray[Any], name: str, column: RecordColumn, gaps: bool) -> NDArray[np.float64]:
     """A column as a row of numbers; of dates, the seconds from the first."""
     place = f"column {column.header.text}"
     try:
@@ -131,7 +141,7 @@ def numbers(values: NDArray[Any], name: str, column: Column, gaps: bool) -> NDAr
 
 
 @contextmanager
-def parquet(path: Path) -> Iterator[Table]:
+def open_parquet(path: Path) -> Iterator[BinaryTable]:
     require("pyarrow", "parquet", "Parquet")
     import pyarrow.parquet as pq
 
@@ -150,31 +160,31 @@ def parquet(path: Path) -> Iterator[Table]:
         dates = [str(field.type).startswith(DATES) for field in schema]
         columns = zip(schema.names, units, dates, strict=True)
         headers = [header_of(name, i, unit, clock) for i, (name, unit, clock) in enumerate(columns)]
-        yield Table(headers, [file.metadata.num_rows] * len(headers), read)
+        yield BinaryTable(headers, [file.metadata.num_rows] * len(headers), read)
 
 
 @contextmanager
-def netcdf(path: Path) -> Iterator[Table]:
+def open_netcdf(path: Path) -> Iterator[BinaryTable]:
     import xarray as xr
 
     with path.open("rb") as file:
         new = file.read(4) == HDF5
     if new:  # NetCDF 4
-        with process_table(path) as table:
+        with open_in_process(path) as table:
             yield table
         return
     with xr.open_dataset(path, decode_times=False) as data:
         rows = {str(name): one for name, one in data.variables.items() if one.ndim == 1}
         columns = list(rows.values())
-        units = [unit_of(one.attrs.get("units", "")) for one in columns]
+        units = [netcdf_unit(one.attrs.get("units", "")) for one in columns]
         headers = [header_of(name, i, unit) for i, (name, unit) in enumerate(zip(rows, units, strict=True))]
-        yield Table(
+        yield BinaryTable(
             headers, [one.size for one in columns], lambda places: [columns[i].values for i in places]
         )
 
 
 @contextmanager
-def process_table(path: Path) -> Iterator[Table]:
+def open_in_process(path: Path) -> Iterator[BinaryTable]:
     """A table that a process of its own reads, for its library may crash, chatter, or never end."""
     kind = path.suffix.lower()
     with temporary_folder() as folder, (folder / "said").open("w+") as said:
@@ -193,11 +203,11 @@ def process_table(path: Path) -> Iterator[Table]:
             try:
                 columns, others = json.loads(process.stdout.readline())  # type: ignore[union-attr]
                 headers = [
-                    header_of(name, i, unit_of(unit), clock)
+                    header_of(name, i, netcdf_unit(unit), clock)
                     for i, (name, unit, _, clock) in enumerate(columns)
                 ]
                 counts = [count for _, _, count, _ in columns]
-                yield Table(headers, counts, lambda places: receive_columns(process, places), others)
+                yield BinaryTable(headers, counts, lambda places: receive_columns(process, places), others)
             except (ValueError, OSError) as error:
                 with suppress(OSError):  # at the end of Popen it would raise again
                     process.stdin.close()  # type: ignore[union-attr]
@@ -230,30 +240,32 @@ def why_ended(status: int, said: Any, late: bool) -> str:
     return "it is damaged" if status < 0 or not last else last.partition(": ")[2] or last
 
 
-def unit_of(text: object) -> str:
+def netcdf_unit(text: object) -> str:
     """A unit as NetCDF has it, where instants may be in "seconds since" a date."""
     return str(text).partition(" since ")[0]
 
 
-def process_with(library: str, extra: str, kind: str) -> Callable[[Path], AbstractContextManager[Table]]:
+def process_with(
+    library: str, extra: str, kind: str
+) -> Callable[[Path], AbstractContextManager[BinaryTable]]:
     """What reads a format for which another library must be installed."""
 
-    def read(path: Path) -> AbstractContextManager[Table]:
+    def read(path: Path) -> AbstractContextManager[BinaryTable]:
         require(library, extra, f"{kind} file")
-        return process_table(path)
+        return open_in_process(path)
 
     return read
 
 
-mdf = process_with("asammdf", "mdf", "an MDF")
-BINARY: Mapping[str, Callable[[Path], AbstractContextManager[Table]]] = {
-    ".parquet": parquet,
-    ".mat": process_table,
-    ".nc": netcdf,
-    ".h5": process_table,
-    ".hdf5": process_table,
-    ".mf4": mdf,
-    ".mdf": mdf,
+open_mdf = process_with("asammdf", "mdf", "an MDF")
+BINARY: Mapping[str, Callable[[Path], AbstractContextManager[BinaryTable]]] = {
+    ".parquet": open_parquet,
+    ".mat": open_in_process,
+    ".nc": open_netcdf,
+    ".h5": open_in_process,
+    ".hdf5": open_in_process,
+    ".mf4": open_mdf,
+    ".mdf": open_mdf,
     ".tdms": process_with("nptdms", "tdms", "a TDMS"),
 }
 """What reads a file, by its ending."""

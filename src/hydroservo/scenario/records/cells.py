@@ -89,13 +89,13 @@ def numbered_rows(
             filled = filled_cells(row)
             fits = filled <= columns if len(row) >= columns else len(row) >= fewest
             if filled and not fits:
-                raise ScenarioError(name, f"line {number}", misfit(row, columns, delimiter))
+                raise ScenarioError(name, f"line {number}", row_problem(row, columns, delimiter))
             yield number, [*row[:columns], *[""] * (columns - len(row))]
     except csv.Error as error:
         raise ScenarioError(name, f"line {number}", f"is not CSV: {error}") from None
 
 
-def misfit(row: Sequence[str], columns: int, delimiter: str) -> str:
+def row_problem(row: Sequence[str], columns: int, delimiter: str) -> str:
     """What is wrong with a row of another length than the header."""
     if len(row) == 1 and len(row[0].split()) == columns and NUMBER.match(row[0]):
         return f"is separated by blanks, and the header by {DELIMITERS[delimiter]}; separate all lines alike"
@@ -123,7 +123,7 @@ class Decimals:
     def number(self, text: str, line: int, column: str) -> float:
         """The finite number that a cell says."""
         marks = MARKS.findall(text) if self.either else ()
-        value = number(text.replace(",", ".") if len(marks) == 1 else text)
+        value = parse_number(text.replace(",", ".") if len(marks) == 1 else text)
         if value is None:
             raise self.error(line, column, self.problem(text))
         if marks:
@@ -169,7 +169,7 @@ class Decimals:
         return ScenarioError(self.name, f"line {line}, column {column}", problem)
 
 
-def number(text: str) -> float | None:
+def parse_number(text: str) -> float | None:
     """The finite number with a decimal point, or none, that a text says; None if it says no such number."""
     try:
         value = float(text)

@@ -113,7 +113,7 @@ class ColumnSource(NamedTuple):
     offset: str | float = 0.0
 
 
-class Column(NamedTuple):
+class RecordColumn(NamedTuple):
     """A column of a record: the signal is ``factor`` times its numbers plus ``offset``.
 
     Attributes:
@@ -142,13 +142,13 @@ class Column(NamedTuple):
 
 
 Samples = Mapping[str, NDArray[np.float64]]  # by signal
-Choose = Callable[[Sequence[Header], str], Sequence[Column]]  # from the headers, and where they stand
+Choose = Callable[[Sequence[Header], str], Sequence[RecordColumn]]  # from the headers, and where they stand
 
 
-class Record(NamedTuple):
+class RecordedColumns(NamedTuple):
     """The chosen columns of a file, all its headers, and the samples of those columns."""
 
-    columns: Sequence[Column]
+    columns: Sequence[RecordColumn]
     headers: Sequence[Header]
     samples: Samples
 
@@ -178,7 +178,7 @@ def choose_columns(
     sources: Mapping[str, ColumnSource],
     signals: Mapping[str, tuple[Field, Sequence[str]]],
     where: tuple[str, str],
-) -> list[Column]:
+) -> list[RecordColumn]:
     """The columns that hold signals.
 
     Args:
@@ -220,13 +220,13 @@ def find_header(name: str, headers: Sequence[Header], where: tuple[str, str]) ->
     return (matches[0], unit) if matches else None
 
 
-def scaled_column(signal: str, field: Field, header: Header, unit: str, source: ColumnSource) -> Column:
+def scaled_column(signal: str, field: Field, header: Header, unit: str, source: ColumnSource) -> RecordColumn:
     """A column as that of a signal."""
     if header.clock and field.unit == "s":
-        return Column(signal, header, "s")
+        return RecordColumn(signal, header, "s")
     unit = known_unit(unit or header.unit)
     factor = column_factor(source.scale, unit, field.unit)
-    return Column(signal, header, unit, factor, column_offset(source.offset, field.unit))
+    return RecordColumn(signal, header, unit, factor, column_offset(source.offset, field.unit))
 
 
 def known_unit(unit: str) -> str:

@@ -21,12 +21,20 @@ from hydroservo.scenario.records.cells import (
     is_comment,
     is_instant,
     is_missing,
-    number,
     numbered_lines,
     numbered_rows,
+    parse_number,
     split_line,
 )
-from hydroservo.scenario.records.columns import TIME, Choose, Column, Header, Record, header_of, is_unit
+from hydroservo.scenario.records.columns import (
+    TIME,
+    Choose,
+    Header,
+    RecordColumn,
+    RecordedColumns,
+    header_of,
+    is_unit,
+)
 
 HEAD = 256  # lines, in which the first rows must be
 COMMENT_SIGNS = "#%/! \t"
@@ -50,7 +58,7 @@ class TextTable(NamedTuple):
     decimals: Decimals
 
 
-class Layout(NamedTuple):
+class TextLayout(NamedTuple):
     """How a text may be laid out.
 
     Attributes:
@@ -83,7 +91,7 @@ def text_table(path: Path, largest: int, fewest: int = 2) -> TextTable:
         raise ScenarioError(name, "line 1", "has null characters; save the file as UTF-8 text")
     lines = numbered_lines(text, name)
     head = list(islice(lines, HEAD))
-    layout = layout_of(head, fewest, name)
+    layout = find_layout(head, fewest, name)
     below, delimiter = head[layout.start :], layout.delimiter
     names = layout.names[: filled_cells(layout.names)]
     first = next((row for row in rows_in(below, delimiter) if filled_cells(row)), [])
@@ -99,7 +107,7 @@ def text_table(path: Path, largest: int, fewest: int = 2) -> TextTable:
     return TextTable(headers, f"line {layout.line}", rows, Decimals(delimiter, name))
 
 
-def layout_of(head: Sequence[tuple[int, str]], fewest: int, name: str) -> Layout:
+def find_layout(head: Sequence[tuple[int, str]], fewest: int, name: str) -> TextLayout:
     """The layout of a text by its first lines."""
     layouts = [found for delimiter in DELIMITERS if (found := layout_by(delimiter, head, fewest)) is not None]
     if not layouts:
@@ -126,10 +134,10 @@ def no_header(head: Sequence[tuple[int, str]], fewest: int, name: str) -> Scenar
     return ScenarioError(name, f"line {number}", problem)
 
 
-def layout_by(delimiter: str, head: Sequence[tuple[int, str]], fewest: int) -> Layout | None:
+def layout_by(delimiter: str, head: Sequence[tuple[int, str]], fewest: int) -> TextLayout | None:
     """The layout of a text whose cells a sign separates; None if it names no columns."""
     lines = [
-        Line(at, number, split_line(line, delimiter))
+        CellLine(at, number, split_line(line, delimiter))
         for at, (number, line) in enumerate(head)
         if line.strip() and not is_comment(line)
     ]
@@ -149,10 +157,10 @@ def layout_by(delimiter: str, head: Sequence[tuple[int, str]], fewest: int) -> L
     columns = filled_cells(names.cells)
     below = next((one.cells for one in lines if one.at > names.at), [""] * columns)
     agrees = filled_cells(below) <= columns <= len(below)
-    return Layout(delimiter, names.number, names.cells, [], names.at + 1, int(agrees))
+    return TextLayout(delimiter, names.number, names.cells, [], names.at + 1, int(agrees))
 
 
-class Line(NamedTuple):
+class CellLine(NamedTuple):
     """A line that holds cells: its place among the first lines, its number, and they."""
 
     at: int
@@ -161,8 +169,8 @@ class Line(NamedTuple):
 
 
 def header_above(
-    lines: Sequence[Line], head: Sequence[tuple[int, str]], delimiter: str, width: int
-) -> Layout | None:
+    lines: Sequence[CellLine], head: Sequence[tuple[int, str]], delimiter: str, width: int
+) -> TextLayout | None:
     """The header of so many columns above the first row of numbers; None if there is none."""
     names = [one for one in lines if filled_cells(one.cells) >= width and not has_numbers(one, delimiter)]
     if not names:
@@ -172,20 +180,20 @@ def header_above(
     previous = lines[place - 1] if place and filled_cells(lines[place - 1].cells) >= width else None
     units = all(is_unit(cell) for cell in last.cells if cell.strip())
     if units and previous is not None and not is_value(previous.cells[0], delimiter):  # "x-axis,1,2" too
-        return Layout(delimiter, previous.number, previous.cells, last.cells, last.at + 1, 2)
-    return Layout(delimiter, last.number, last.cells, [], last.at + 1, 2)
+        return TextLayout(delimiter, previous.number, previous.cells, last.cells, last.at + 1, 2)
+    return TextLayout(delimiter, last.number, last.cells, [], last.at + 1, 2)
 
 
-def header_in_comment(head: Sequence[tuple[int, str]], delimiter: str, width: int) -> Layout | None:
+def header_in_comment(head: Sequence[tuple[int, str]], delimiter: str, width: int) -> TextLayout | None:
     """The header of so many columns in a comment just above the rows; None if there is none."""
     line_number, line = head[-1] if head else (0, "")
     cells = split_line(line.strip().lstrip(COMMENT_SIGNS), delimiter) if is_comment(line) else []
     if filled_cells(cells) != width:
         return None
-    return Layout(delimiter, line_number, cells, [], len(head), 2)
+    return TextLayout(delimiter, line_number, cells, [], len(head), 2)
 
 
-def below_settings(layout: Layout, lines: Sequence[Line]) -> Layout:
+def below_settings(layout: TextLayout, lines: Sequence[CellLine]) -> TextLayout:
     """A layout without the lines of settings that stand between its header and the rows."""
     below = takewhile(
         lambda one: is_setting(one, layout.delimiter), (one for one in lines if one.at >= layout.start)
@@ -193,28 +201,28 @@ def below_settings(layout: Layout, lines: Sequence[Line]) -> Layout:
     return layout._replace(start=max((one.at + 1 for one in below), default=layout.start))
 
 
-def is_setting(line: Line, delimiter: str) -> bool:
+def is_setting(line: CellLine, delimiter: str) -> bool:
     """True for a line that begins with a word, and has nothing but words or two words and no more numbers."""
     cells = [cell for cell in line.cells if cell.strip()]
     words = sum(not is_value(cell, delimiter) for cell in cells)
     return not is_value(line.cells[0], delimiter) and (words == len(cells) or len(cells) <= 2 * words >= 4)
 
 
-def is_data(line: Line, delimiter: str, fewest: int) -> bool:
+def is_data(line: CellLine, delimiter: str, fewest: int) -> bool:
     """True for a line of numbers and nothing else."""
     cells = [cell for cell in line.cells if cell.strip()]
     enough = len(line.cells) >= fewest and filled_cells(line.cells) > 0
     return enough and has_numbers(line, delimiter) and all(is_value(cell, delimiter) for cell in cells)
 
 
-def has_numbers(line: Line, delimiter: str) -> bool:
+def has_numbers(line: CellLine, delimiter: str) -> bool:
     return any(is_value(cell, delimiter) and not is_missing(cell) for cell in line.cells)
 
 
 def is_value(cell: str, delimiter: str) -> bool:
     """True for a cell that holds a number or an instant, or says that none is there."""
     text = cell.replace(",", ".") if delimiter != COMMA and cell.count(",") == 1 and "." not in cell else cell
-    return is_missing(cell) or number(text) is not None or is_instant(cell)
+    return is_missing(cell) or parse_number(text) is not None or is_instant(cell)
 
 
 def rows_in(head: Sequence[tuple[int, str]], delimiter: str) -> Iterator[list[str]]:
@@ -222,7 +230,9 @@ def rows_in(head: Sequence[tuple[int, str]], delimiter: str) -> Iterator[list[st
     return (split_line(line, delimiter) for _, line in head if not is_comment(line))
 
 
-def read_columns(path: Path, choose: Choose, period: float | None = None, *, gaps: bool = True) -> Record:
+def read_columns(
+    path: Path, choose: Choose, period: float | None = None, *, gaps: bool = True
+) -> RecordedColumns:
     """The chosen columns of a file, in SI units.
 
     Args:
@@ -251,7 +261,9 @@ def read_columns(path: Path, choose: Choose, period: float | None = None, *, gap
     return record._replace(samples=samples)
 
 
-def read_text_columns(path: Path, choose: Choose, largest: int, *, gaps: bool, fewest: int = 2) -> Record:
+def read_text_columns(
+    path: Path, choose: Choose, largest: int, *, gaps: bool, fewest: int = 2
+) -> RecordedColumns:
     """The chosen columns of a file of text, in its units.
 
     Rows in which all of them are empty count for nothing.
@@ -265,7 +277,7 @@ def read_text_columns(path: Path, choose: Choose, largest: int, *, gaps: bool, f
     """
     table = text_table(path, largest, fewest)
     columns = choose(table.headers, table.place)
-    readers = [reader(column, table.decimals, gaps) for column in columns]
+    readers = [cell_reader(column, table.decimals, gaps) for column in columns]
     values = {column.signal: array("d") for column in columns}
     time = next((column for column in columns if column.signal == TIME), None)
     instants = values.get(TIME, array("d"))
@@ -283,10 +295,12 @@ def read_text_columns(path: Path, choose: Choose, largest: int, *, gaps: bool, f
             problem = f"{short(row[time.header.place].strip())} is not after that in the row before"
             raise table.decimals.error(line, time.header.text, problem)
     table.decimals.check()
-    return Record(columns, table.headers, {signal: np.array(samples) for signal, samples in values.items()})
+    return RecordedColumns(
+        columns, table.headers, {signal: np.array(samples) for signal, samples in values.items()}
+    )
 
 
-def reader(column: Column, decimals: Decimals, gaps: bool) -> Callable[[str, int], float]:
+def cell_reader(column: RecordColumn, decimals: Decimals, gaps: bool) -> Callable[[str, int], float]:
     """What reads the cells of a column."""
     text = column.header.text
     if column.header.clock and column.signal == TIME:

@@ -15,9 +15,9 @@ from hydroservo.runs.cautions.records import remember_source
 from hydroservo.scenario.quantities import si_value, unit_factor
 from hydroservo.scenario.records.columns import (
     TIME,
-    Column,
     ColumnSource,
     Header,
+    RecordColumn,
     column_choices,
     column_offset,
     find_header,
@@ -26,14 +26,14 @@ from hydroservo.scenario.records.columns import (
     scaled_column,
 )
 from hydroservo.scenario.records.read import read_columns
-from hydroservo.scenario.tables import Table
+from hydroservo.scenario.tables import LayeredTable
 
 VALUE = "value"
 KEYS = ("file", "column", "scale", "offset")
 NUMBERS = ("period", "offset")  # which may be numbers, in SI units
 
 
-def recorded(table: Table, field: Field | None) -> TimeSeries:
+def read_curve(table: LayeredTable, field: Field | None) -> TimeSeries:
     """The curve that a table ``{file = "demand.csv", column = "v", time = "t"}`` names.
 
     Args:
@@ -64,7 +64,7 @@ def recorded(table: Table, field: Field | None) -> TimeSeries:
     return read_series(path, field, time=texts.pop(axis, None), period=period, **texts)
 
 
-def period_in(table: Table) -> float | None:
+def period_in(table: LayeredTable) -> float | None:
     """The time between samples that a table gives [s]; None if it gives none."""
     if not table.has("period"):
         return None
@@ -123,7 +123,7 @@ def read_series(
     name = str(path)
     axis = Field(field.over, "axis") if field else None
 
-    def choose(headers: Sequence[Header], place: str) -> list[Column]:
+    def choose(headers: Sequence[Header], place: str) -> list[RecordColumn]:
         where = (name, place)
         default = 0 if period is not None else 1
         value = column_at(VALUE, field, headers, column, default, ColumnSource("", scale, offset), where)
@@ -161,7 +161,7 @@ def column_at(
     default: int,
     source: ColumnSource,
     where: tuple[str, str],
-) -> Column:
+) -> RecordColumn:
     """The column with a name, or the one at a place where no name is given.
 
     A column without a unit is taken to be in SI units; one without a declaration is read in its own.
@@ -179,7 +179,7 @@ def column_at(
         column = scaled_column(signal, Field(own, ""), header, unit, source)
         return column._replace(factor=column.factor * unit_factor(own, None))
     if field.unit and not (unit or header.unit or header.clock or source.scale):
-        return Column(signal, header, "", Fraction(1), column_offset(source.offset, field.unit))
+        return RecordColumn(signal, header, "", Fraction(1), column_offset(source.offset, field.unit))
     try:
         return scaled_column(signal, field, header, unit, source)
     except ValueError as error:

@@ -65,13 +65,13 @@ class FileTable(NamedTuple):
 Parts = tuple[list[FileColumn], list[str]]  # columns, and what else there is
 
 
-def table_of(columns: Sequence[FileColumn], others: list[str]) -> FileTable:
+def file_table(columns: Sequence[FileColumn], others: list[str]) -> FileTable:
     """A table of columns that are read one by one."""
     about = [(one.name, one.unit, one.samples, one.dates) for one in columns]
     return FileTable(about, others, lambda places: (columns[i].read() for i in places))
 
 
-def all_of(parts: Sequence[Parts]) -> Parts:
+def join_parts(parts: Sequence[Parts]) -> Parts:
     """Several parts of a file as one."""
     return [one for columns, _ in parts for one in columns], [one for _, others in parts for one in others]
 
@@ -107,20 +107,20 @@ def value_columns(name: str, value: Any, unit: str = "", depth: int = 0) -> Part
         inside = [(f"{name}[{i}]", one, unit) for i, one in enumerate(np.ravel(value), 1)]
     if not inside or depth == DEEPEST:
         return [], [f"{name}: {type(value).__name__}"]
-    return all_of([value_columns(*one, depth + 1) for one in inside])
+    return join_parts([value_columns(*one, depth + 1) for one in inside])
 
 
 def units_in(units: Any) -> dict[str, str]:
     return {name: str(unit) for name, unit in units.items()} if isinstance(units, dict) else {}
 
 
-def matlab(path: str) -> FileTable:
+def read_matlab(path: str) -> FileTable:
     """The arrays of a MATLAB file, those in structures among them; objects are only named."""
     from h5py import is_hdf5
     from scipy.io import loadmat, whosmat
 
     if is_hdf5(path):
-        return hdf5(path)
+        return read_hdf5(path)
     contents = [(name, shape, kind) for name, shape, kind in whosmat(path) if isinstance(name, str)]
 
     def load(name: str) -> Any:
@@ -135,10 +135,10 @@ def matlab(path: str) -> FileTable:
             return value_columns(name, load(name))
         return [], [f"{name}: {'x'.join(map(str, shape))} {kind}"]
 
-    return table_of(*all_of([part(*one) for one in contents if one[0] != "units"]))
+    return file_table(*join_parts([part(*one) for one in contents if one[0] != "units"]))
 
 
-def hdf5(path: str) -> FileTable:
+def read_hdf5(path: str) -> FileTable:
     """The arrays of an HDF5 file, as MATLAB 7.3 and NetCDF 4 have it, named by their groups."""
     import h5py
 
@@ -152,18 +152,21 @@ def hdf5(path: str) -> FileTable:
         if isinstance(item, h5py.Dataset) and not place.startswith(("#", "units/")):
             parts.append(dataset_columns(name, item, words.get(name, "")))
         elif "MATLAB_object_decode" in item.attrs:
-            parts.append(([], [f"{name}: {text(item.attrs.get('MATLAB_class', ''))} object"]))
+            parts.append(([], [f"{name}: {attribute_text(item.attrs.get('MATLAB_class', ''))} object"]))
 
     file.visititems(visit)
-    return table_of(*all_of(parts))
+    return file_table(*join_parts(parts))
 
 
 def dataset_columns(name: str, item: Any, unit: str) -> Parts:
     """The columns of one dataset; of a table those of its fields."""
-    kind = text(item.attrs.get("MATLAB_class", ""))
-    if text(item.attrs.get("NAME", "")).startswith("This is a netCDF dimension but not") or kind == "char":
+    kind = attribute_text(item.attrs.get("MATLAB_class", ""))
+    if (
+        attribute_text(item.attrs.get("NAME", "")).startswith("This is a netCDF dimension but not")
+        or kind == "char"
+    ):
         return [], []
-    unit = text(item.attrs.get("units", item.attrs.get("unit", ""))) or unit
+    unit = attribute_text(item.attrs.get("units", item.attrs.get("unit", ""))) or unit
     fields = [field for field in item.dtype.names or () if item.dtype[field].kind in "fiub"]
     if fields:
         each = (array_columns(f"{name}.{one}", item.shape, partial(item.__getitem__, one)) for one in fields)
@@ -173,7 +176,7 @@ def dataset_columns(name: str, item: Any, unit: str) -> Parts:
     return array_columns(name, item.shape, partial(unpacked_values, item), unit)
 
 
-def text(value: Any) -> str:
+def attribute_text(value: Any) -> str:
     """A text attribute, which may be bytes, or an array of either."""
     first = value.ravel()[0] if isinstance(value, np.ndarray) and value.size else value
     return first.decode(errors="replace") if isinstance(first, bytes) else str(first)
@@ -185,7 +188,7 @@ def matlab_text(item: Any) -> str:
 
 
 def is_text(item: Any) -> bool:
-    return text(item.attrs.get("MATLAB_class", "")) == "char"
+    return attribute_text(item.attrs.get("MATLAB_class", "")) == "char"
 
 
 def unpacked_values(item: Any) -> Any:
@@ -199,7 +202,7 @@ def unpacked_values(item: Any) -> Any:
     return np.where(lacks, np.nan, values * float(scale[0]) + float(offset[0]))
 
 
-def mdf(path: str) -> FileTable:
+def read_mdf(path: str) -> FileTable:
     """The channels of an MDF file; each is nan at the instants that others have of their own."""
     from asammdf import MDF
 
@@ -227,7 +230,7 @@ def mdf(path: str) -> FileTable:
     return FileTable(columns, [], read)
 
 
-def tdms(path: str) -> FileTable:
+def read_tdms(path: str) -> FileTable:
     """The channels of a TDMS file, by their groups, with the instants that waveforms imply.
 
     Where waveforms have clocks of their own, each is nan at the instants that others have.
@@ -238,7 +241,7 @@ def tdms(path: str) -> FileTable:
     waveforms = [one for group in groups for one in group.channels() if is_waveform(one)]
     clocks = {(one.properties.get("wf_start_time"), *map(float, clock_of(one))) for one in waveforms}
     instants = union_of(waveforms) if len(clocks) > 1 else None
-    return table_of(*all_of([group_columns(group, instants) for group in groups]))
+    return file_table(*join_parts([group_columns(group, instants) for group in groups]))
 
 
 def is_waveform(channel: Any) -> bool:
@@ -288,13 +291,13 @@ def group_columns(group: Any, instants: tuple[Any, Any] | None) -> Parts:
         if is_waveform(channel):
             times = channel.time_track if instants is None else partial(instants.__getitem__, 1)
             if instants is not None:
-                read, count = partial(spread, channel, *instants), instants[1].size
+                read, count = partial(spread_samples, channel, *instants), instants[1].size
             time = FileColumn(f"{group.name}.time", "s", count, times)
         columns.append(FileColumn(name, unit, count, read, channel.dtype.kind == "M"))
     return ([time, *columns] if time else columns), others
 
 
-def spread(channel: Any, first: Any, instants: Any) -> Any:
+def spread_samples(channel: Any, first: Any, instants: Any) -> Any:
     """The samples of a waveform at its own instants among others, nan at these."""
     values = np.full(instants.size, np.nan)
     values[np.searchsorted(instants, instants_of(channel, first))] = channel[:]
@@ -302,13 +305,13 @@ def spread(channel: Any, first: Any, instants: Any) -> Any:
 
 
 FORMATS: dict[str, Callable[[str], FileTable]] = {
-    ".mat": matlab,
-    ".nc": hdf5,
-    ".h5": hdf5,
-    ".hdf5": hdf5,
-    ".mdf": mdf,
-    ".mf4": mdf,
-    ".tdms": tdms,
+    ".mat": read_matlab,
+    ".nc": read_hdf5,
+    ".h5": read_hdf5,
+    ".hdf5": read_hdf5,
+    ".mdf": read_mdf,
+    ".mf4": read_mdf,
+    ".tdms": read_tdms,
 }
 
 
@@ -320,7 +323,7 @@ def limit_memory(most: int) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
 
 
-def main(kind: str, path: str, memory: str) -> None:
+def serve_table(kind: str, path: str, memory: str) -> None:
     Thread(target=listen, daemon=True).start()
     limit_memory(int(memory))
     out, sys.stdout = os.fdopen(os.dup(1), "wb"), io.TextIOWrapper(io.BytesIO())
@@ -344,4 +347,4 @@ def listen() -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    serve_table(*sys.argv[1:])
