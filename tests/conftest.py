@@ -28,4 +28,4 @@ os.environ["HYDROSERVO_CACHE_DIR"] = str(Path(__file__).parent.parent / ".pytest
 @pytest.fixture
 def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     """The plug-ins that a test loads, no other test sees."""
-    monkeypatch.setattr("hydroservo.scenario.plugins.loaded_modules", {})
+    monkeypatch.setattr("hydroservo.scenario.registry.loaded_modules", {})

@@ -21,7 +21,7 @@ from sphinx.util.docutils import SphinxDirective
 from sphinx.util.parsing import nested_parse_to_nodes
 from sphinx.util.typing import ExtensionMetadata, OptionSpec
 
-from hydroservo.scenario.fits import declared_roles
+from hydroservo.scenario.role_checks import declared_roles
 
 
 def which(text: str | None) -> bool:

@@ -14,7 +14,7 @@ from sphinx.util.typing import ExtensionMetadata
 
 from hydroservo.core.field import declared_fields
 from hydroservo.core.roles.saying import is_role
-from hydroservo.scenario.keys import Key, keys_of, range_text
+from hydroservo.scenario.descriptions import Key, keys_of, range_text
 
 
 class Row(NamedTuple):

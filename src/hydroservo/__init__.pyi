@@ -49,8 +49,8 @@ from hydroservo.runs.run import prepare_run as prepare_run
 from hydroservo.runs.run import simulate as simulate
 from hydroservo.scenario import load_scenario as load_scenario
 from hydroservo.scenario import scenarios as scenarios
+from hydroservo.scenario.parameter_draws import draws as draws
+from hydroservo.scenario.parameter_draws import run_of as run_of
 from hydroservo.scenario.ranges import relative as relative
-from hydroservo.scenario.sampling import draws as draws
-from hydroservo.scenario.sampling import run_of as run_of
 from hydroservo.scenario.tuning import tune as tune
 from hydroservo.studies.running import study as study

@@ -8,12 +8,10 @@ import pandas as pd
 import pytest
 
 import hydroservo as hs
-from hydroservo.app.extent import extent_of, outliers_text
-from hydroservo.app.failures import failure_at_field, failure_on_page
-from hydroservo.app.form import all_numbers, form_of
+from hydroservo.app.drawing import MOST_POINTS, extent_of, outliers_text, thin_lines
+from hydroservo.app.form import all_numbers, failure_at_field, failure_on_page, form_of
 from hydroservo.app.jobs import JOBS
 from hydroservo.app.source import Home, page_source
-from hydroservo.app.trajectory import MOST_POINTS, thin_lines
 from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError
 from hydroservo.scenario import assemble, scenarios
 from tests.support.synthetic_logs import SCENARIO, exact_log, with_units

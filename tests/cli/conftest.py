@@ -8,4 +8,4 @@ import pytest
 @pytest.fixture(autouse=True)
 def no_lines_of_progress(monkeypatch):
     """On a busy machine a short command takes long, and what it says of that is no part of a test."""
-    monkeypatch.setattr("hydroservo.cli.progress.FIRST_LINE", math.inf)
+    monkeypatch.setattr("hydroservo.cli.messages.FIRST_LINE", math.inf)

@@ -15,7 +15,7 @@ from scipy.io import loadmat
 import hydroservo
 from hydroservo import simulate
 from hydroservo.cli import batch as command_module
-from hydroservo.cli import progress as progress_module
+from hydroservo.cli.messages import progress_with_rate
 from hydroservo.control.metrics import declared_metrics, usual
 from hydroservo.runs.batch_finding import batch_finding, remarkable_run
 from hydroservo.runs.provenance import provenance, scenario_hash
@@ -260,9 +260,7 @@ def test_a_large_table_is_announced(monkeypatch):
 def test_progress_says_how_many_how_fast_and_how_long(monkeypatch):
     clock, seen = [100.0], []
     monkeypatch.setattr(time, "monotonic", lambda: clock[0])
-    progress = progress_module.progress_with_rate(
-        lambda fraction, text: seen.append((fraction, text)), 10_000
-    )
+    progress = progress_with_rate(lambda fraction, text: seen.append((fraction, text)), 10_000)
     for clock[0], fraction in ((100.0, 0.1), (100.5, 0.2), (104.0, 0.3), (110.0, 1.0)):
         progress(fraction)
     assert seen == [

@@ -13,7 +13,7 @@ from hydroservo.machine.oils import ConstantOil
 from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.valves import FirstOrderValve, Orifice
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.scenario import datasheet_columns, load_scenario, parse_override, plugins
+from hydroservo.scenario import datasheet_columns, load_plugin, load_scenario, parse_override
 from tests.support.bases import on_base
 from tests.support.commands import batches
 from tests.support.commands.batches import again, alone
@@ -203,7 +203,7 @@ WALKING = ["reference.type=Fixed.walking", "reference.stride=0.7"]
 
 def test_outside_the_machine_the_value_itself_varies(file, plugin):
     ranges = "reference.stride=0.5..0.9 m", "reference.value=10..20 mm/s"
-    plugins.load_plugin(plugin)
+    load_plugin(plugin)
     loop, found = drawn(file, *ranges, changes=WALKING, runs=5)
     assert list(found.changes(0)) == ["reference.stride", "reference.value"]
     product = found.values["reference.stride"] * found.values["reference.value"]

@@ -17,7 +17,7 @@ from PIL import Image
 
 from hydroservo.core.errors import HydroservoError
 from hydroservo.core.outputs import PREFIX
-from hydroservo.scenario import parts
+from hydroservo.scenario import stored_batch
 from hydroservo.work import cluster
 from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.commands.runner import failed, hydroservo_, succeeded
@@ -39,7 +39,7 @@ LONG = (
 
 @pytest.fixture(autouse=True)
 def small_parts(monkeypatch):
-    monkeypatch.setattr(parts, "MOST", 256)
+    monkeypatch.setattr(stored_batch, "MOST", 256)
 
 
 @pytest.fixture(scope="module")
@@ -198,7 +198,7 @@ def test_a_full_disk_is_one_line_and_nothing_is_half_written(tmp_path):
     """No file may have more than so many bytes, which the system says as it says that a disk is full."""
     code = (
         "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))\n"
-        "from hydroservo.scenario import parts; parts.MOST = 256\n"
+        "from hydroservo.scenario import stored_batch; stored_batch.MOST = 256\n"
         "from hydroservo.cli import main; main()"
     )
     words = [*HYDROSERVO[:2], code, *BATCH, "--out", f"{tmp_path}/runs/"]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hydroservo import ScenarioError
 from hydroservo.cli.options import parse_ranges
 from hydroservo.scenario.load import assemble
-from hydroservo.scenario.sampling import variations
+from hydroservo.scenario.parameter_draws import variations
 from tests.support.commands.batches import NAME, drawn
 from tests.support.commands.runner import failed, succeeded
 from tests.support.commands.tuning import rows_of

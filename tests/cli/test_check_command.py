@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from hydroservo.testing.questions import QUESTIONS
+from hydroservo.testing.contract import QUESTIONS
 from tests.support import plugins
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 

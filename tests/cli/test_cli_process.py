@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo.cli.progress import progress_bar
+from hydroservo.cli.messages import progress_bar
 from tests.support.commands.processes import (
     HYDROSERVO,
     ends_by,
@@ -51,7 +51,7 @@ def test_wrong_usage_is_one_line_and_status_2():
     assert done.stderr == "hydroservo: no such option: --nothing (see hydroservo run --help)\n"
 
 
-@pytest.mark.parametrize("module", ["hydroservo.cli", "hydroservo.cli.app"])
+@pytest.mark.parametrize("module", ["hydroservo.cli", "hydroservo.cli.commands"])
 def test_heavy_libraries_wait_until_they_are_used(module):
     heavy = "{'matplotlib', 'numpy', 'xarray', 'pandas', 'scipy', 'pyarrow', 'pydantic', 'jinja2', 'rich'}"
     code = f"import sys, {module}; print(*sorted({heavy} & set(sys.modules)))"
@@ -87,7 +87,7 @@ main()
 
 
 @needs_posix
-@pytest.mark.parametrize("module", ["hydroservo.cli.app", "typer", "numpy", "xarray", "pandas"])
+@pytest.mark.parametrize("module", ["hydroservo.cli.commands", "typer", "numpy", "xarray", "pandas"])
 def test_ctrl_c_while_libraries_are_imported_is_one_line(module):
     words = [sys.executable, "-c", INTERRUPTED_AT, module, "compare", "paper/sine-pi"]
     done = subprocess.run(words, text=True, capture_output=True, check=False)
@@ -385,10 +385,10 @@ def test_odd_surroundings_change_nothing(tmp_path, name, value):
 
 
 UNFORESEEN = """
-from hydroservo.cli import main, describe
+from hydroservo.cli import main
 def describe(*args, **options):
     raise ValueError("of a library")
-import hydroservo.cli.failures as failures
+from hydroservo.cli.commands import Commands
 from typer.core import TyperGroup
 TyperGroup.invoke = describe
 main()
@@ -458,7 +458,7 @@ class Log(io.StringIO):
         self.seconds = 0.0
         monkeypatch.setattr("time.monotonic", lambda: self.seconds)
         monkeypatch.setattr(sys, "stderr", self)
-        monkeypatch.setattr("hydroservo.cli.progress.FIRST_LINE", 10.0)
+        monkeypatch.setattr("hydroservo.cli.messages.FIRST_LINE", 10.0)
 
     def lines_of(self, seconds):
         with progress_bar("a run") as report:
@@ -482,7 +482,7 @@ def test_the_log_of_a_day_is_short_and_never_silent_for_long(monkeypatch):
 
 
 def test_progress_in_a_log_of_a_command_goes_to_stderr_alone(monkeypatch):
-    code = "from hydroservo.cli import main, progress; progress.FIRST_LINE = 0.0; main()"
+    code = "from hydroservo.cli import main, messages; messages.FIRST_LINE = 0.0; main()"
     words = [sys.executable, "-c", code, *QUICK, "--json"]
     done = subprocess.run(words, text=True, capture_output=True, check=True)
     assert json.loads(done.stdout)["scenario"] == "paper/sine-pi"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo.cli.completion import scenarios_like, studies_like, types_like
+from hydroservo.cli.options import scenarios_like, studies_like, types_like
 from tests.support.commands.processes import HYDROSERVO
 
 

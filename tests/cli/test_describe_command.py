@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from hydroservo.scenario.schema import scenario_schema
+from hydroservo.scenario.descriptions import scenario_schema
 from tests.support.commands.runner import PLUGIN, failed, succeeded
 
 

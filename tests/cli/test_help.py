@@ -10,9 +10,8 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 import hydroservo
-from hydroservo.cli.app import app
-from hydroservo.cli.options import parse_ranges
-from hydroservo.cli.places import WHERE
+from hydroservo.cli.commands import app
+from hydroservo.cli.options import WHERE, parse_ranges
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
 from hydroservo.studies.file import read_study, study_source
 from tests.support.bases import on_base

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from hydroservo.cli.app import app
+from hydroservo.cli.commands import app
 from hydroservo.engine import native
 
 PLUGIN = """

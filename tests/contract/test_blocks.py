@@ -10,7 +10,7 @@ from hydroservo.core.block import Field, declared_fields, is_block
 from hydroservo.core.roles import Reference, role
 from hydroservo.core.signals import Demand
 from hydroservo.scenario import registry
-from hydroservo.scenario.fits import declared_roles
+from hydroservo.scenario.role_checks import declared_roles
 from hydroservo.testing import BlockContract
 from tests.support.roles import blocks, identifier
 

@@ -13,7 +13,7 @@ from hydroservo.control.holds import DelayedHold
 from hydroservo.core.errors import ParameterError
 from hydroservo.runs.cautions.records import check_records
 from hydroservo.runs.run import ready
-from hydroservo.scenario.fits import ROLES
+from hydroservo.scenario.role_checks import ROLES
 from hydroservo.testing.drawing import ORDINARY
 from tests.support.strategies import wired
 

@@ -14,7 +14,7 @@ from hydroservo.engine.flat import shape
 from hydroservo.machine.plants import DesignModel
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
-from hydroservo.testing.bits import bits
+from hydroservo.testing.case import bits
 from tests.support.equality import assert_same_block
 from tests.support.scenarios import LOOPS
 

@@ -14,9 +14,9 @@ from hydroservo.core.group import nested
 from hydroservo.core.roles import ControlledSignal, Integrator, Monitor, Start
 from hydroservo.machine.plants import DesignModel
 from hydroservo.machine.starts import AsBuilt
-from hydroservo.scenario.fits import ROLES
+from hydroservo.scenario.role_checks import ROLES
 from hydroservo.testing.examples import example
-from hydroservo.testing.places import signal_for, with_its_machine
+from hydroservo.testing.loops import signal_for, with_its_machine
 from tests.support.export.agreement import assert_same_run
 from tests.support.roles import NOTHING, blocks, role_of
 from tests.support.strategies import choices, going_together

@@ -16,7 +16,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.runs.run import ready
 from hydroservo.testing.examples import example
-from hydroservo.testing.places import signal_for
+from hydroservo.testing.loops import signal_for
 from tests.support.export.agreement import same_bits
 from tests.support.needs import needs
 from tests.support.roles import playing

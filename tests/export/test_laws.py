@@ -9,7 +9,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.runs.run import ready
 from hydroservo.testing.examples import example
-from hydroservo.testing.places import signal_for
+from hydroservo.testing.loops import signal_for
 from tests.support.export.cases import limit_of, rows_of
 from tests.support.export.cppcheck import findings, unaccepted
 from tests.support.export.fuzz import verdict

@@ -9,9 +9,9 @@ from hydroservo import HydroservoWarning, Loop, ParameterError, Simulation, simu
 from hydroservo.cli.options import parse_ranges
 from hydroservo.runs.step_sizes import hardest
 from hydroservo.scenario import assemble
-from hydroservo.scenario.parts import SampledBatch, Workers, simulate_in_parts, table_of_runs
+from hydroservo.scenario.parameter_draws import assembly_of_loop, variations
 from hydroservo.scenario.ranges import as_entries
-from hydroservo.scenario.sampling import assembly_of_loop, variations
+from hydroservo.scenario.stored_batch import SampledBatch, Workers, simulate_in_parts, table_of_runs
 from hydroservo.testing.examples import example
 from hydroservo.work.doing import UnitsError
 from tests.support.work.units import contents

@@ -7,7 +7,7 @@ import tomli_w
 
 from hydroservo import load_scenario
 from hydroservo.control.loop import Loop
-from hydroservo.scenario.layers import nest_changes
+from hydroservo.scenario.scenario_files import nest_changes
 
 INNER = "controller.controller"
 PID = f"{INNER}.controller"

@@ -4,9 +4,8 @@ from functools import cache
 from typing import get_type_hints
 
 from hydroservo.papers.tsmc_eha_2021 import printed
-from hydroservo.scenario.fits import declared_roles
-from hydroservo.scenario.plugins import is_block_class
-from hydroservo.scenario.registry import shipped_classes
+from hydroservo.scenario.registry import is_block_class, shipped_classes
+from hydroservo.scenario.role_checks import declared_roles
 
 NOTHING = ("NoEdges", "NoForce", "NoPosition", "NoPressure", "NoValve")  # whose answer is that there is none
 

@@ -11,7 +11,7 @@ from hydroservo.core.errors import ParameterError
 from hydroservo.core.roles import ControlledSignal, Start
 from hydroservo.core.validation import consistent
 from hydroservo.machine.starts import AsBuilt
-from hydroservo.scenario.fits import ROLES
+from hydroservo.scenario.role_checks import ROLES
 from hydroservo.testing.drawing import Spread, random_blocks
 from hydroservo.testing.examples import example
 from tests.support.roles import NOTHING, playing, wraps

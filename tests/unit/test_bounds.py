@@ -12,7 +12,7 @@ from hydroservo.linear.duals import dual_twins
 from hydroservo.linear.margins import margins
 from hydroservo.linear.places import places_of
 from hydroservo.runs.tuned_finding import tuned_finding
-from hydroservo.scenario.search import checked_part
+from hydroservo.scenario.tune_table import checked_part
 from tests.support.brink import at_the_brink
 
 AXIS = "examples/axis.toml"

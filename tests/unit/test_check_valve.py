@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from hydroservo.core.roles import CheckFlow, Relief
 from hydroservo.machine.drives import CheckValve
-from hydroservo.scenario.fits import role_problem
+from hydroservo.scenario.role_checks import role_problem
 
 VALVE = CheckValve(cracking_pressure=5e4, conductance=1e-9, opening_range=2e4)
 

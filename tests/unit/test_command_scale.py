@@ -18,8 +18,8 @@ from hydroservo.identification.log import read_log
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
 from hydroservo.scenario import assemble, load_scenario
+from hydroservo.scenario.parameter_draws import draws
 from hydroservo.scenario.quantities import si_value
-from hydroservo.scenario.sampling import draws
 
 CURRENT, SHARE = CommandScale(current=0.04), CommandScale(share=1.0)
 IN_VOLTS = {

@@ -9,9 +9,9 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.scenario import assemble
-from hydroservo.scenario.parts import SampledBatch, simulate_in_parts
+from hydroservo.scenario.parameter_draws import variations
 from hydroservo.scenario.ranges import as_entries
-from hydroservo.scenario.sampling import variations
+from hydroservo.scenario.stored_batch import SampledBatch, simulate_in_parts
 
 SHORT = {"simulation.period": "0.1 ms", "simulation.duration": "5 ms"}
 RUNS = 300

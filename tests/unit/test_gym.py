@@ -17,7 +17,7 @@ from gymnasium.utils.env_match import check_environments_match
 
 import hydroservo as hs
 import hydroservo.gym as environments
-from hydroservo.testing.bits import bits
+from hydroservo.testing.case import bits
 from tests.support.plugins import MECHANISM
 
 gymnasium.register_envs(environments)

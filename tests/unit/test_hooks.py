@@ -34,7 +34,7 @@ OF_OTHERS = {  # of Python and of libraries
 COMPUTED = {  # where an attribute that may be missing is looked for under a name that is computed
     "engine/recipe.py",  # what a function's code names
     *("language/builtin.py", "language/expressions.py", "language/source.py"),  # what its text names
-    "scenario/fits.py",  # the methods of roles, and the hooks
+    "scenario/role_checks.py",  # the methods of roles, and the hooks
     "runs/fitting.py",  # the field that a wrapper wraps: controller, sensors
     "testing/declarations.py",  # the properties of roles
 }

@@ -108,7 +108,7 @@ def test_what_a_command_imports_before_it_hears_interrupts_is_lighter_still(modu
 
 def test_each_name_is_there_whatever_was_imported_before() -> None:
     names = ", ".join(hydroservo.__all__)
-    code = f"import hydroservo.cli.app; from hydroservo import {names}"
+    code = f"import hydroservo.cli.commands; from hydroservo import {names}"
     code += f"; print(*(one.__name__ for one in [{names}] if isinstance(one, type(hydroservo))))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     above = {"hydroservo", "hydroservo.core", "hydroservo.machine", "hydroservo.control"}

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hydroservo import Aim, loads, references, tune
-from hydroservo.cli.app import app
+from hydroservo.cli.commands import app
 from hydroservo.control.loop import AUTO, Loop, Simulation
 from hydroservo.core.errors import HydroservoWarning, ParameterError
 from hydroservo.core.time_series import TimeSeries

@@ -27,7 +27,7 @@ from hydroservo.runs.objective import is_possible
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
-from hydroservo.scenario.sampling import draws
+from hydroservo.scenario.parameter_draws import draws
 from hydroservo.testing.examples import example
 from tests.support.bases import DATASHEET, on_base
 

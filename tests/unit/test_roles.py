@@ -13,8 +13,8 @@ from hydroservo.core.roles import Block, Controller, Load, Observer, PositionSen
 from hydroservo.language.source import changed_class
 from hydroservo.machine.loads import Sine
 from hydroservo.scenario import load_plugin, load_scenario
-from hydroservo.scenario.fits import ROLES, declared_roles, possible_roles, role_problem
 from hydroservo.scenario.registry import names_in_role
+from hydroservo.scenario.role_checks import ROLES, declared_roles, possible_roles, role_problem
 from hydroservo.testing.examples import example
 from tests.support.equality import assert_same_block
 

@@ -12,7 +12,7 @@ from hydroservo.machine.loads import Recorded
 from hydroservo.machine.valves import FirstOrderValve, SecondOrderValve, StaticValve
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, scenarios
-from hydroservo.scenario.layers import builtin_texts
+from hydroservo.scenario.scenario_files import builtin_texts
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base
 from tests.support.equality import assert_same_block

@@ -13,8 +13,8 @@ from hydroservo import ParameterError, ScenarioError, replace, simulate
 from hydroservo.control.wiring import believed
 from hydroservo.core.block import Block
 from hydroservo.runs.provenance import describe
-from hydroservo.scenario import load_plugin, load_scenario, plugins
-from hydroservo.scenario.plugins import plugin_classes
+from hydroservo.scenario import load_plugin, load_scenario, registry
+from hydroservo.scenario.registry import plugin_classes
 from tests.support.bases import on_base
 from tests.support.equality import assert_same_block
 
@@ -247,7 +247,7 @@ class Bare(NamedTuple):
 def forget(block: Block) -> None:
     """This process has not loaded the block's plugin."""
     del sys.modules[type(block).__module__]
-    plugins.loaded_modules.clear()
+    registry.loaded_modules.clear()
 
 
 @pytest.fixture

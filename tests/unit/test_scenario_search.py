@@ -10,8 +10,8 @@ from hydroservo.core.block import leaves
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.scenario.load import assemble
-from hydroservo.scenario.search import SearchSettings
-from hydroservo.scenario.task import task_of_scenarios
+from hydroservo.scenario.tune_table import SearchSettings
+from hydroservo.scenario.tuning_task import task_of_scenarios
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base
 

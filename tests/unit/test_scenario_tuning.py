@@ -9,8 +9,8 @@ import hydroservo as hs
 from hydroservo.runs.tuned_finding import tuned_finding
 from hydroservo.scenario import assemble
 from hydroservo.scenario.ranges import as_entries
-from hydroservo.scenario.task import task_of_scenarios
 from hydroservo.scenario.tuning import as_toml, comments_of
+from hydroservo.scenario.tuning_task import task_of_scenarios
 from tests.support.equality import assert_same_block
 
 GAIN = "controller.proportional_gain"

@@ -12,11 +12,17 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import Field
 from hydroservo.scenario import load_plugin
-from hydroservo.scenario.keys import describe_types, keys_of, range_text, role_named, types_by_role
-from hydroservo.scenario.layers import builtin_texts
+from hydroservo.scenario.descriptions import (
+    describe_types,
+    keys_of,
+    range_text,
+    role_named,
+    scenario_schema,
+    types_by_role,
+)
 from hydroservo.scenario.other_tables import KEYS
-from hydroservo.scenario.schema import scenario_schema
-from hydroservo.scenario.search import PARTS
+from hydroservo.scenario.scenario_files import builtin_texts
+from hydroservo.scenario.tune_table import PARTS
 from tests.support.commands.runner import PLUGIN
 
 SCHEMA = scenario_schema()

@@ -5,7 +5,7 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.runs.stepping import SteppedRuns
-from hydroservo.testing.bits import bits
+from hydroservo.testing.case import bits
 
 CASES = {
     "rig/1khz-pi-square": {},

@@ -19,14 +19,13 @@ from hydroservo.export import compilers
 from hydroservo.machine.plants import DesignModel
 from hydroservo.machine.sensors import NoPosition
 from hydroservo.scenario import load_plugin
-from hydroservo.scenario.fits import ROLES, possible_roles
 from hydroservo.scenario.registry import shipped_classes
-from hydroservo.testing import BlockContract, ContractError, answers, asking, behaviour, check_block
-from hydroservo.testing.asking import Answer, answer_to, group_by_cause
+from hydroservo.scenario.role_checks import ROLES, possible_roles
+from hydroservo.testing import BlockContract, ContractError, answers, behaviour, check_block, contract
 from hydroservo.testing.case import case_of
+from hydroservo.testing.contract import QUESTIONS, Answer, answer_to, ask, group_by_cause
 from hydroservo.testing.examples import example
-from hydroservo.testing.places import block_places, loop_with
-from hydroservo.testing.questions import QUESTIONS, ask
+from hydroservo.testing.loops import block_places, loop_with
 from tests.support.needs import needs
 from tests.support.plugins import LAW, METRIC
 
@@ -250,7 +249,7 @@ def test_what_is_wrong_is_found_with_its_line(
     wrong: Wrong, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if "def step" in wrong.text:  # the many numbers of a step shrink for half a minute, and none is looked at
-        monkeypatch.setattr(asking, "ask", partial(ask, phases=[Phase.generate]))
+        monkeypatch.setattr(contract, "ask", partial(ask, phases=[Phase.generate]))
     text = wrong.text
     for old, new in wrong.changes.items():
         assert old in text

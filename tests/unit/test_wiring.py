@@ -30,7 +30,7 @@ from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.results import metrics_of
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
-from hydroservo.scenario.plugins import load_plugin
+from hydroservo.scenario.registry import load_plugin
 from hydroservo.testing.examples import example
 from tests.support.bases import DATASHEET, on_base
 from tests.support.equality import assert_same_block

@@ -83,9 +83,9 @@ def without_compiler() -> None:
 
 def small_parts() -> None:
     """Make parts of few runs."""
-    from hydroservo.scenario import parts
+    from hydroservo.scenario import stored_batch
 
-    vars(parts)["MOST"] = 128
+    vars(stored_batch)["MOST"] = 128
 
 
 @cache

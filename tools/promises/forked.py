@@ -62,7 +62,7 @@ def warm_up() -> None:
     """Import what commands import, and read units once."""
     for name in LIBRARIES:
         import_module(name)
-    from hydroservo.cli.app import PLACES
+    from hydroservo.cli.commands import PLACES
     from hydroservo.scenario import load_scenario
 
     for command in PLACES.values():

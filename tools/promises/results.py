@@ -8,8 +8,7 @@ from typing import Any
 
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
-from hydroservo.scenario import load_scenario
-from hydroservo.scenario import plugins as held
+from hydroservo.scenario import load_scenario, registry
 
 VALUES = (
     "None",
@@ -119,8 +118,8 @@ def run_plugin(path: Path) -> None:
         loop: Any = load_scenario("paper/sine-pi", CHANGES, plugins=[path])
         quietly(simulate)(loop, record=[], compiled=False)
     finally:
-        held.loaded_modules.clear()
+        registry.loaded_modules.clear()
         linecache.cache.pop(str(path.resolve()), None)
         for name in set(sys.modules) - modules:
-            if name.startswith(held.MODULE):
+            if name.startswith(registry.MODULE):
                 del sys.modules[name]

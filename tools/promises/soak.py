@@ -97,7 +97,7 @@ def called(words: Sequence[str]) -> None:
     Raises:
         RuntimeError: it fails.
     """
-    from hydroservo.cli.app import app
+    from hydroservo.cli.commands import app
 
     SAID.seek(0)
     SAID.truncate()

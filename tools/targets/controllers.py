@@ -3,7 +3,7 @@
 from hydroservo import Loop, Simulation
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.testing.examples import example
-from hydroservo.testing.places import signal_for
+from hydroservo.testing.loops import signal_for
 from tools.targets.laws import LAWS, types_in
 
 PERIOD = 1e-4  # s, of the laws' loops

@@ -45,10 +45,10 @@ from hydroservo.core.roles import (
     Realisation,
 )
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
-from hydroservo.scenario.fits import declared_roles
 from hydroservo.scenario.registry import shipped_classes
+from hydroservo.scenario.role_checks import declared_roles
 from hydroservo.testing.examples import example
-from hydroservo.testing.places import loop_with
+from hydroservo.testing.loops import loop_with
 
 PARTS = (
     Controller,

@@ -1,12 +1,15 @@
 """A loop as a form: a block for each block, a field with its unit for each number."""
 
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from hydroservo.app.source import Home, page_source
 from hydroservo.control.loop import Loop
+from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError, clipped, defect, short
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.formatting import readable_unit
 from hydroservo.core.group import group
@@ -15,13 +18,18 @@ from hydroservo.core.roles.saying import is_role
 from hydroservo.core.validation import allowed
 from hydroservo.scenario import Assembly
 from hydroservo.scenario.build import SIGNALS, Context, Draft
-from hydroservo.scenario.fits import argument_types
 from hydroservo.scenario.quantities import number_and_unit, unit_factor
 from hydroservo.scenario.registry import makers, names_in_role
+from hydroservo.scenario.role_checks import argument_types
 
 MACHINE = ("load", "plant", "valve", "supply", "drive")
 ORDER = ("reference", "controller", *MACHINE, "sensors", "hold", "simulation")
 NO_FIELD = Field("", "")
+LONGEST = 200  # characters of a path
+OF_BLOCK = re.compile(r"(\w+) = (.*?): (.*)", re.DOTALL)  # what a block says of one of its numbers
+NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+RANGE = re.compile(r"must be a finite number.*", re.DOTALL)
+EXAMPLE = re.compile(r"such as '[^']*'")
 
 
 def form_of(assembly: Assembly) -> list[dict[str, Any]]:
@@ -105,14 +113,7 @@ def number_entries(path: str, draft: Draft, context: Context) -> Iterator[dict[s
 
 
 def number_entry(path: str, kind: Any, field: Field, text: str) -> dict[str, Any]:
-    """What a page needs to have a number entered: its unit is the one of the text that stands there.
-
-    Args:
-        path: of the number.
-        kind: float, int or bool.
-        field: its declaration.
-        text: the number as it stands there, "" for none.
-    """
+    """What a page needs to have a number entered: its unit is the one of the text that stands there."""
     unit, factor = unit_and_factor(text, field) if kind is float else ("", 1.0)
     return {
         "path": path,
@@ -168,3 +169,54 @@ def number_with_unit(value: float | int | bool, field: Field) -> str:
 def readable_unit_of(value: float, field: Field) -> tuple[str, float]:
     """The unit in which a number is read, and the factor from SI."""
     return readable_unit(field.unit, abs(value) if math.isfinite(value) else 0.0)
+
+
+class Stopped(Exception):  # noqa: N818, for it is no error
+    """The page asked for an end."""
+
+
+def failure_on_page(error: Exception) -> dict[str, Any]:
+    """An error as a page shows it: the dotted path of a field, "" for none, and what is wrong."""
+    if isinstance(error, ScenarioError):
+        path, said = clipped(error.key, LONGEST), OF_BLOCK.fullmatch(error.problem)
+        if path and said:
+            return {"path": f"{path}.{said[1]}", "problem": f"{said[2]}: {said[3]}"}
+        return {"path": path, "problem": error.problem}
+    if isinstance(error, ParameterError):
+        return {"path": error.path, "problem": f"{short(error.value)}: {error.allowed}"}
+    if isinstance(error, HydroservoError):
+        return {"path": "", "problem": str(error)}
+    return {"path": "", "problem": defect(error)}
+
+
+def failure_at_field(error: Exception, request: Mapping[str, Any], home: Home) -> dict[str, Any]:
+    """An error as :func:`failure_on_page` has it, in the unit of the field at which it is shown."""
+    found, before = failure_on_page(error), request.get("before")
+    asked = "given" in request  # for numbers that are no fields yet
+    if asked or not found["path"] or not isinstance(before, Mapping):
+        return found
+    try:
+        form = form_of(page_source({**request, "changes": before}, home).assemble())
+    except HydroservoError:
+        return found
+    entry = next((one for one in all_numbers(form) if one["path"] == found["path"]), None)
+    if entry is None:
+        return found
+    text = request.get("changes", {}).get(found["path"], entry["text"])
+    return {**found, "problem": problem_in_own_unit(found["problem"], str(text), entry)}
+
+
+def problem_in_own_unit(problem: str, text: str, entry: Mapping[str, Any]) -> str:
+    """What is wrong with a number, in the unit in which a page shows it."""
+    unit, si, text = entry["unit"], entry["si"], text.strip()
+    if unit and re.fullmatch(NUMBER, text):
+        return f"{text} has no unit: {text} {unit}?"
+    example = f"such as '{entry['text'] or f'1.5 {unit}'}'"
+    said = EXAMPLE.sub(lambda _: example, RANGE.sub(f"must be {entry['allowed']}", problem))
+    value = re.match(f"{NUMBER}: ", said)
+    head, tail = (f"{text}: ", said[value.end() :]) if value else ("", said)
+    if not si or unit == si:
+        return head + tail
+    tail = tail.replace(f"does not convert to {si}", f"does not convert to {unit}")
+    written = re.compile(rf"({NUMBER}) (?:\[{re.escape(si)}\]|{re.escape(si)}(?![\w^²³/]))")
+    return head + written.sub(lambda one: f"{entry['factor'] * float(one[1]):.6g} {unit}", tail)

@@ -31,17 +31,11 @@ HEADERS = {
 
 
 class Door(NamedTuple):
-    """Where the server listens, and what opens it.
+    """Where the server listens, and what opens it."""
 
-    Attributes:
-        host: an address or a name; loopback asks for no token.
-        port: its port.
-        token: without which nobody else is answered; "" on loopback.
-    """
-
-    host: str
-    port: int
-    token: str = ""
+    host: str  # an address or a name; loopback asks for no token
+    port: int  # its port
+    token: str = ""  # without which nobody else is answered; "" on loopback
 
     def takes(self, host: str) -> bool:
         """Whether a request's ``Host`` is one under which this server is meant to be asked.
@@ -95,11 +89,7 @@ class RequestGuard:
             await send_short_answer(with_headers(send), refusal.status, refusal.problem)
 
     def check(self, scope: Scope, headers: dict[str, str]) -> None:
-        """Refuse what another site asks for.
-
-        Raises:
-            Refusal: a foreign host or origin.
-        """
+        """Refuse what another site asks for."""
         host = headers.get("host", "")
         if not self.door.takes(host):
             raise Refusal(HTTPStatus.MISDIRECTED_REQUEST, "the request is for another host")
@@ -123,11 +113,7 @@ class RequestGuard:
         return hmac.compare_digest(given.encode(), self.door.token.encode())
 
     async def let_in(self, scope: Scope, send: Send) -> None:
-        """Exchange a token in the address for a cookie.
-
-        Raises:
-            Refusal: it is none, or not the right one.
-        """
+        """Exchange a token in the address for a cookie."""
         given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[0]
         if scope["path"] != "/" or not hmac.compare_digest(given.encode(), self.door.token.encode()):
             raise Refusal(HTTPStatus.FORBIDDEN, "open the address with the token that the terminal shows")

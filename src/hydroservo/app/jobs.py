@@ -1,28 +1,36 @@
 """What a page may ask for, by name: each gives what is said of the answer, and its bytes."""
 
+import io
 import warnings
+import zipfile
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.app.downloads import Report, make_download
+from hydroservo.app.drawing import draw_run
 from hydroservo.app.form import form_of
 from hydroservo.app.logs import draw_log, identify_from_log, log_file
-from hydroservo.app.retyped import complete_retyped, retype
-from hydroservo.app.saved import page_scenario_text
-from hydroservo.app.sketch import sketch_run
-from hydroservo.app.source import Home, page_source
-from hydroservo.app.trajectory import draw_run
-from hydroservo.control.loop import Loop
-from hydroservo.core.errors import HydroservoWarning
-from hydroservo.runs.run import simulate
+from hydroservo.app.retype import complete_retyped, retype
+from hydroservo.app.source import Home, Source, page_scenario_text, page_source
+from hydroservo.control.loop import AUTO, Loop
+from hydroservo.core.errors import HydroservoError, HydroservoWarning, short
+from hydroservo.core.outputs import temporary_folder
+from hydroservo.runs.run import Mode, PreparedRun, simulate
+from hydroservo.runs.step_sizes import with_substeps
+from hydroservo.runs.trace import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 MOST_SUBSTEPS = 10**6
 LOWEST, HIGHEST = 1e-9, 1e9  # Hz
 Request = Mapping[str, Any]
 Answer = tuple[dict[str, Any], bytes]
+Report = Callable[[float, str], None]  # called with the fraction done, and what is being done
+FORMATS = {"csv": "text/csv", "parquet": "application/octet-stream", "mat": "application/octet-stream"}
+PICTURES = {"png": "image/png", "svg": "image/svg+xml"}
+KINDS = (*FORMATS, *PICTURES, "c", "fmu")
 
 
 def run_job(request: Request, home: Home, report: Report) -> Answer:
@@ -56,7 +64,7 @@ def form_job(request: Request, home: Home, _: Report) -> Answer:
 
 def frequency_job(request: Request, home: Home, _: Report) -> Answer:
     """A loop in frequency; its curves alone between two frequencies, where these are given."""
-    from hydroservo.app.frequency import draw_bode, sketch_bode
+    from hydroservo.app.drawing import draw_bode, sketch_bode
 
     loop, band = page_source(request, home).assemble().loop, request.get("band")
     with warnings.catch_warnings():
@@ -121,3 +129,67 @@ JOBS: Mapping[str, Callable[[Request, Home, Report], Answer]] = {
     "log": log_job,
     "identify": identify_job,
 }
+
+
+def sketch_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -> "xr.Dataset":
+    """What :func:`~hydroservo.simulate` returns, but for what it says of its steps."""
+    run = PreparedRun.of(loop, None, Mode(compiled=True, strict=False))
+    if loop.simulation.substeps == AUTO:
+        run = run._replace(loop=with_substeps(run.loop, substeps))
+    return dataset(run.trace(progress))
+
+
+class Download(NamedTuple):
+    """A file for the browser."""
+
+    name: str
+    kind: str  # its media type
+    content: bytes
+
+
+def make_download(source: Source, kind: str, report: Report) -> Download:
+    """A file of the page's loop."""
+    with temporary_folder() as folder:
+        if kind in FORMATS or kind in PICTURES:
+            return download_run(source, kind, folder, report)
+        if kind == "c":
+            return download_c(source, folder, report)
+        if kind == "fmu":
+            return download_fmu(source, folder, report)
+    raise HydroservoError(f"{short(kind)} is not an export; there are {', '.join(KINDS)}")
+
+
+def download_run(source: Source, kind: str, folder: Path, report: Report) -> Download:
+    """The trajectory, or a picture of it."""
+    from hydroservo.findings import plot
+    from hydroservo.runs.results import save
+
+    file = folder / f"run.{kind}"
+    run = simulate(source.assemble().loop, progress=lambda done: report(0.8 * done, "simulating"))
+    report(0.8, "writing")
+    if kind in PICTURES:
+        plot(run).save(file)
+    else:
+        save(run, file)
+    return Download(file.name, (FORMATS | PICTURES)[kind], file.read_bytes())
+
+
+def download_c(source: Source, folder: Path, report: Report) -> Download:
+    """The law as a folder of C, in an archive."""
+    from hydroservo.export.products import export_c
+
+    export = export_c(source.assemble().loop, folder, progress=report)
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in export.files:
+            archive.write(file, f"controller/{file.name}")
+    return Download("controller.zip", "application/zip", out.getvalue())
+
+
+def download_fmu(source: Source, folder: Path, report: Report) -> Download:
+    """The law as an FMU."""
+    from hydroservo.export.products import export_fmu
+
+    file = folder / "controller.fmu"
+    export_fmu(source.assemble().loop, file, progress=report)
+    return Download(file.name, "application/octet-stream", file.read_bytes())

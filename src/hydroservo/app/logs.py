@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.app.downloads import Report
-from hydroservo.app.failures import NUMBER
-from hydroservo.app.form import all_numbers, form_of
+from hydroservo.app.drawing import panel_on_axes, thin_lines
+from hydroservo.app.form import NUMBER, all_numbers, form_of
+from hydroservo.app.jobs import Report
 from hydroservo.app.source import Home, Source
-from hydroservo.app.trajectory import panel_on_axes, thin_lines
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import HydroservoError, ScenarioError, short
 from hydroservo.core.formatting import quantity
@@ -119,14 +118,7 @@ def log_panel(name: str, measured: Vector, replay: Vector | None) -> dict[str, A
 def identify_from_log(
     source: Source, file: Path, ranges: Mapping[str, str], report: Report
 ) -> dict[str, Any]:
-    """Numbers of the machine from a log.
-
-    Args:
-        source: the scenario.
-        file: the log.
-        ranges: between what each number is sought, by path.
-        report: called with the fraction done.
-    """
+    """Numbers of the machine from a log."""
     if not 0 < len(ranges) <= MOST_SOUGHT:
         raise HydroservoError(f"choose between 1 and {MOST_SOUGHT} numbers of the machine")
     wrong = [path for path, text in ranges.items() if not isinstance(text, str)]

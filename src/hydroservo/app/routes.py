@@ -20,8 +20,8 @@ from hydroservo.app.guard import Door, RequestGuard
 from hydroservo.app.source import Home
 from hydroservo.app.worker import Message, PageWorker
 from hydroservo.scenario import scenarios
-from hydroservo.scenario.layers import parse_override
 from hydroservo.scenario.records import RECORD_ENDINGS
+from hydroservo.scenario.scenario_files import parse_override
 
 WORKERS = {  # who does which job: a run does not wait for a curve, nor either for what takes long
     "run": "run",
@@ -37,13 +37,7 @@ MOST_LOGS = 8
 
 
 def application(home: Home, door: Door, changes: list[str]) -> RequestGuard:
-    """The server of a page.
-
-    Args:
-        home: what the command line said, and where files are kept.
-        door: where it listens.
-        changes: with which the page begins, as ``--set`` takes them.
-    """
+    """The server of a page."""
     workers = {name: PageWorker(home) for name in dict.fromkeys(WORKERS.values())}
     begin = {
         "version": __version__,

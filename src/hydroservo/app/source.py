@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 from hydroservo.core.errors import ScenarioError, short
 from hydroservo.core.outputs import write_text
-from hydroservo.scenario import Assembly, assemble
-from hydroservo.scenario.layers import OVERRIDES, builtin_texts
+from hydroservo.scenario import Assembly, assemble, scenario_source
+from hydroservo.scenario.build import Draft
+from hydroservo.scenario.scenario_files import OVERRIDES, builtin_texts, nest_changes
 from hydroservo.scenario.tables import parse_toml
 
 PAGE = "the page's scenario"
@@ -20,33 +21,20 @@ ONLY_GIVEN = "names a file, which a page may not read; start hydroservo app with
 
 
 class Home(NamedTuple):
-    """What was said on the command line, and where the server keeps what a page sends.
+    """What was said on the command line, and where the server keeps what a page sends."""
 
-    Attributes:
-        given: the scenario, by name or path.
-        plugins: files with blocks of one's own.
-        folder: of the server's own, for what pages send.
-    """
-
-    given: str
-    plugins: tuple[str, ...]
-    folder: Path
+    given: str  # the scenario, by name or path
+    plugins: tuple[str, ...]  # files with blocks of one's own
+    folder: Path  # of the server's own, for what pages send
 
 
 class Source(NamedTuple):
-    """A scenario with changes.
+    """A scenario with changes."""
 
-    Attributes:
-        scenario: by name or path.
-        changes: by dotted path, as ``--set`` takes them.
-        plugins: files with its blocks, run when the server started.
-        text: what a page sent; None for a scenario of the command line or a built-in one.
-    """
-
-    scenario: str | Path
-    changes: Mapping[str, object]
-    plugins: Sequence[str]
-    text: str | None = None
+    scenario: str | Path  # by name or path
+    changes: Mapping[str, object]  # by dotted path, as ``--set`` takes them
+    plugins: Sequence[str]  # files with its blocks, run when the server started
+    text: str | None = None  # what a page sent; None for a scenario of the command line or a built-in one
 
     def assemble(self) -> Assembly:
         """The loop, and what it is made of.
@@ -118,3 +106,50 @@ def check_reads_nothing(tables: Mapping[str, Any], key: str = "") -> None:
             check_reads_nothing(value, path)
         elif name == "file":
             raise ScenarioError(PAGE, path, f"{short(value)} {ONLY_GIVEN}")
+
+
+def page_scenario_text(source: Source) -> str:
+    """TOML that gives the loop of the page.
+
+    On a built-in scenario it builds by ``base``; a file's own text is written with the changes in it, and
+    keeps its base.
+    """
+    import tomli_w
+
+    made, changes = source.assemble(), nest_changes(source.changes)
+    if str(source.scenario) in builtin_texts():
+        return tomli_w.dumps({"base": str(source.scenario), **changes})
+    text = source.text or scenario_source(source.scenario)
+    if not changes:
+        return text
+    tables = parse_toml(text, str(source.scenario))
+    return tomli_w.dumps(merge_changes(tables, changes, made))
+
+
+def merge_changes(tables: Mapping[str, Any], changes: Mapping[str, Any], made: Assembly) -> dict[str, Any]:
+    """A file's tables with changes in them, without what another type does not have."""
+    found = merge_tables(tables, changes)
+    for name, draft in made.drafts.items():
+        if isinstance(found.get(name), dict):
+            found[name] = keep_known_keys(found[name], draft)
+    return found
+
+
+def merge_tables(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    found = dict(below)
+    for name, value in above.items():
+        old = found.get(name)
+        found[name] = (
+            merge_tables(old, value) if isinstance(value, Mapping) and isinstance(old, Mapping) else value
+        )
+    return found
+
+
+def keep_known_keys(table: Mapping[str, Any], draft: Draft) -> dict[str, Any]:
+    """A table with the keys that its type has."""
+    kept = {name: value for name, value in table.items() if name == "type" or name in draft.members}
+    for name, value in kept.items():
+        inner = draft.members.get(name)
+        if isinstance(value, Mapping) and isinstance(inner, Draft):
+            kept[name] = keep_known_keys(value, inner)
+    return kept

@@ -6,7 +6,7 @@ from contextlib import suppress
 from multiprocessing import get_context
 from typing import Any, NamedTuple
 
-from hydroservo.app.failures import Stopped, failure_at_field
+from hydroservo.app.form import Stopped, failure_at_field
 from hydroservo.app.source import Home
 from hydroservo.core.command_scale import commands_in
 from hydroservo.work.processes import begin_worker, single_threaded_children
@@ -17,17 +17,11 @@ GRACE = 1.0  # s in which a computation may end by itself
 
 
 class Message(NamedTuple):
-    """What a worker says of a job.
+    """What a worker says of a job."""
 
-    Attributes:
-        kind: "progress", "result", "error" or "stopped"; all but the first are the last of a job.
-        about: what is said.
-        content: bytes that go with it.
-    """
-
-    kind: str
-    about: dict[str, Any]
-    content: bytes = b""
+    kind: str  # "progress", "result", "error" or "stopped"; all but the first are the last of a job
+    about: dict[str, Any]  # what is said
+    content: bytes = b""  # bytes that go with it
 
     @property
     def last(self) -> bool:

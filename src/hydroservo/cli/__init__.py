@@ -22,7 +22,7 @@ def main() -> None:
     from hydroservo.cli.environment import prepare_environment
 
     prepare_environment()
-    from hydroservo.cli.app import app
+    from hydroservo.cli.commands import app
 
     try:
         repeat_interrupts()

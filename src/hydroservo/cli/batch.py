@@ -1,14 +1,15 @@
 """The command that runs one scenario many times."""
 
 import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.batch_files import ENDINGS, write_batch_files
-from hydroservo.cli.frame import CommandOutput, with_output
+from hydroservo.cli.frame import PICTURE_ENDINGS, CommandOutput, Written, with_output
+from hydroservo.cli.messages import warn_of_sizes
 from hydroservo.cli.options import (
     Changes,
     Plugins,
@@ -21,19 +22,22 @@ from hydroservo.cli.options import (
     replay_command,
     vary_option,
 )
-from hydroservo.cli.remarks import warn_of_sizes
-from hydroservo.runs.results import FORMATS
+from hydroservo.core.outputs import OutputError, keep_elsewhere, staged, write_text
+from hydroservo.runs.results import FORMATS, Format, save
+from hydroservo.show.journal import NO_JOURNAL, Journal
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydroservo.cli.progress import Report
+    from hydroservo.cli.messages import Report
     from hydroservo.control.loop import Loop
-    from hydroservo.scenario.parts import SampledBatch, Workers
+    from hydroservo.scenario.stored_batch import SampledBatch, Workers
     from hydroservo.show import Finding
+
 
 PICTURED = 10**7  # runs; the columns of more take up memory that a batch in parts does not need otherwise
 LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
+ENDINGS = (*FORMATS, *PICTURE_ENDINGS)
 
 
 @with_output(
@@ -116,12 +120,12 @@ def batch_command(
     - `hydroservo batch paper/sine-pi --runs 1000000 --vary plant.mass=4..8kg --out runs
       --scheduler tcp://head:8786`
     """
-    from hydroservo.cli.remarks import log_kernels
+    from hydroservo.cli.messages import log_kernels
     from hydroservo.core.errors import HydroservoError, require
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.load import assemble
-    from hydroservo.scenario.parts import SampledBatch
-    from hydroservo.scenario.sampling import variations
+    from hydroservo.scenario.parameter_draws import variations
+    from hydroservo.scenario.stored_batch import SampledBatch
 
     if not (ranges or seeds):
         raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
@@ -193,9 +197,9 @@ def compute_in_memory(
     sampled: "SampledBatch", runs: int, threads: int | None, report: "Report"
 ) -> "xr.Dataset":
     """The table of a batch."""
-    from hydroservo.cli.progress import progress_with_rate
+    from hydroservo.cli.messages import progress_with_rate
     from hydroservo.runs.batch import simulate_batch
-    from hydroservo.scenario.parts import table_of_runs
+    from hydroservo.scenario.stored_batch import table_of_runs
 
     drawn = sampled.drawn(0, runs)
     found = simulate_batch(
@@ -214,8 +218,8 @@ def compute_in_folder(
 ) -> "tuple[xr.Dataset, int]":
     """The table of a batch in a folder, and how many of its runs were computed now."""
     from hydroservo.cli.interrupts import acknowledge_interrupt
-    from hydroservo.cli.progress import progress_with_rate
-    from hydroservo.scenario.parts import MANIFEST, simulate_in_parts
+    from hydroservo.cli.messages import progress_with_rate
+    from hydroservo.scenario.stored_batch import MANIFEST, simulate_in_parts
 
     def say(line: str) -> None:
         typer.echo(f"hydroservo: {line}", err=True)
@@ -245,7 +249,7 @@ def check_workers(workers: int | None, scheduler: str | None, folder: Path | Non
 
 def workers_of(workers: int | None, scheduler: str | None, threads: int | None) -> "Workers":
     """Who computes the parts of a folder: all threads of this process, unless there are others."""
-    from hydroservo.scenario.parts import Workers
+    from hydroservo.scenario.stored_batch import Workers
 
     own = threads if workers is None and scheduler is None else threads or 1
     return Workers(workers or 1, scheduler, own)
@@ -253,8 +257,8 @@ def workers_of(workers: int | None, scheduler: str | None, threads: int | None) 
 
 def check_sizes(runs: int, seed: int, folder: Path | None) -> None:
     """Refuse a number of runs or a seed out of its range."""
-    from hydroservo.scenario.parts import MOST_IN_PARTS
-    from hydroservo.scenario.sampling import MOST, check_size
+    from hydroservo.scenario.parameter_draws import MOST, check_size
+    from hydroservo.scenario.stored_batch import MOST_IN_PARTS
 
     check_size(runs, seed, "--", MOST if folder is None else MOST_IN_PARTS)
 
@@ -299,6 +303,58 @@ def announce_table_size(scenario: str, sampled: "SampledBatch", runs: int, answe
 
 def other_files(answer: CommandOutput) -> list[Path]:
     """The files of a batch besides its report."""
-    from hydroservo.scenario.parts import MANIFEST
+    from hydroservo.scenario.stored_batch import MANIFEST
 
     return [*answer.files, *([answer.folder / MANIFEST] if answer.folder else [])]
+
+
+def write_batch_files(
+    files: Sequence[Path], table: "xr.Dataset", *, metric: str, journal: Journal = NO_JOURNAL
+) -> Written:
+    """Write a table, and pictures of one metric against what varied, each whatever becomes of the others."""
+    failures: dict[Path, Exception] = {}
+    write = partial(write_batch_file, table=table, metric=metric, journal=journal)
+    for folder in dict.fromkeys(file.parent for file in files):
+        together = [file for file in files if file.parent == folder]
+        try:
+            with staged(folder) as stage:
+                for file in together:
+                    try:
+                        write(stage / file.name)
+                    except Exception as error:  # whatever it is, the other files are worth having
+                        failures[file] = error
+        except OutputError as error:
+            failures |= dict.fromkeys(together, error)
+    done = [file for file in files if file not in failures]
+    return Written(done, combine_failures(failures, write))
+
+
+def combine_failures(failures: Mapping[Path, Exception], write: Callable[[Path], object]) -> Exception | None:
+    """What a batch ends with: all that could not be written and where it is instead, or what else failed."""
+    lost = {file: str(error) for file, error in failures.items() if isinstance(error, OutputError)}
+    others = [error for file, error in failures.items() if file not in lost]
+    if not lost:
+        return others[0] if others else None
+    problem = OutputError("; ".join(dict.fromkeys(lost.values())))
+    found = keep_elsewhere(problem, lambda place: [write(place / name) for name in distinct_names(lost)])
+    if others:
+        others[0].add_note(str(found))
+    return others[0] if others else found
+
+
+def distinct_names(files: Iterable[Path]) -> list[str]:
+    """The name of each file, with a number before it where another has the same."""
+    names = [file.name for file in files]
+    return [name if names.count(name) == 1 else f"{i}-{name}" for i, name in enumerate(names, 1)]
+
+
+def write_batch_file(file: Path, table: "xr.Dataset", metric: str, journal: Journal) -> None:
+    ending = file.suffix.lower()
+    if ending in FORMATS:
+        save(table, file)
+        if ending == Format.CSV.ending:
+            write_text(file, journal.csv(file.read_text(encoding="utf-8")))
+    else:
+        from hydroservo.runs.batch_finding import draw
+
+        draw(table, metric).save(file, origin=table.attrs["hash"])

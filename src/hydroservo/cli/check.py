@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydroservo.cli.failures import USER_ERROR, say_error
+from hydroservo.cli.commands import USER_ERROR, say_error
 from hydroservo.cli.options import Json
 
 if TYPE_CHECKING:
@@ -32,9 +32,9 @@ def check_command(file: File, json: Json = False) -> None:
     - `hydroservo check my_controller.py`
     - `hydroservo check my_controller.py --json`
     """
-    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.messages import progress_bar
     from hydroservo.show.numbers import as_json
-    from hydroservo.testing.asking import group_by_cause
+    from hydroservo.testing.contract import group_by_cause
 
     blocks = blocks_in(file)
     with discard_hypothesis_notes(), progress_bar(str(file)) as report:
@@ -44,8 +44,6 @@ def check_command(file: File, json: Json = False) -> None:
     if json:
         typer.echo(as_json({"file": str(file), "ok": not wrong, "answers": [asdict(one) for one in found]}))
     else:
-        from hydroservo.cli.tables import show_answers
-
         show_answers(str(file), causes)
     if wrong:
         say_error(f"{file}: {summarize_answers(found, sum(not group[0].ok for group in causes))}")
@@ -54,7 +52,7 @@ def check_command(file: File, json: Json = False) -> None:
 
 def summarize_answers(found: "Sequence[Answer]", causes: int) -> str:
     """How much is wrong, and what was not asked for that."""
-    from hydroservo.testing.questions import QUESTIONS
+    from hydroservo.testing.contract import QUESTIONS
 
     wrong = sum(not answer.ok for answer in found)
     blocks = {(answer.block, answer.role) for answer in found}
@@ -84,8 +82,8 @@ def blocks_in(file: Path) -> Sequence[type]:
     """The classes of a file that say a role or have the methods of one."""
     from hydroservo.core.errors import ScenarioError
     from hydroservo.scenario import load_plugin
-    from hydroservo.scenario.fits import possible_roles
-    from hydroservo.scenario.plugins import plugin_other_classes
+    from hydroservo.scenario.registry import plugin_other_classes
+    from hydroservo.scenario.role_checks import possible_roles
 
     found = [cls for cls in load_plugin(file) if possible_roles(cls)]
     if not found:
@@ -101,10 +99,42 @@ def blocks_in(file: Path) -> Sequence[type]:
 def ask_blocks(blocks: Sequence[type], report: Any) -> Iterator["Answer"]:
     """All answers, with their progress."""
     from hydroservo.testing import answers
-    from hydroservo.testing.questions import QUESTIONS
+    from hydroservo.testing.contract import QUESTIONS
 
     for i, cls in enumerate(blocks):
         for j, answer in enumerate(answers(cls)):
             yield answer
             done = min(i + (j + 1) / len(QUESTIONS), i + 1)
             report(done / len(blocks), cls.__name__)
+
+
+def show_answers(file: str, causes: "Sequence[Sequence[Answer]]") -> None:
+    """What was asked of the blocks of a file, and what came of it; a row for those wrong for one cause."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    from hydroservo.show.terminal import show
+
+    table = Table(title=escape(file), title_justify="left")
+    table.add_column("block", no_wrap=True)
+    table.add_column("role", no_wrap=True)
+    table.add_column("asked", no_wrap=True)
+    table.add_column("answer", overflow="fold")
+    before = None
+    for group in causes:
+        about = (group[0].block, group[0].role)
+        if before not in (None, about):
+            table.add_section()
+        shown = ("", "") if before == about else map(escape, about)
+        table.add_row(*shown, "\n".join(one.question for one in group), answer_text(group[-1]))
+        before = about
+    show(table)
+
+
+def answer_text(answer: "Answer") -> str:
+    from rich.markup import escape
+
+    if answer.ok:
+        return f"[green]ok[/]{escape(f' ({answer.remark})' if answer.remark else '')}"
+    place = f"line {answer.line}: " if answer.line else ""
+    return f"[bold red]{place}[/]{escape(answer.remark)}"

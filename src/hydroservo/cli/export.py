@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydroservo.cli.options import Changes, Json, Plugins, Scenario, load_loop
-from hydroservo.cli.places import WHERE, file_at, folder_at
+from hydroservo.cli.options import WHERE, Changes, Json, Plugins, Scenario, file_at, folder_at, load_loop
 from hydroservo.export.compilers import Platform, machine_name
 from hydroservo.export.unit import FmiVersion, Part, Precision
 
@@ -96,7 +95,7 @@ def export_c_command(
     - `hydroservo export c paper/sine-tsmc --out controller`
     - `hydroservo export c rig/encoder-pi-sine --out controller --prefix rig --precision single --inline`
     """
-    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.messages import progress_bar
     from hydroservo.export.c.project import memory
     from hydroservo.export.products import export_c, proof_line
     from hydroservo.show.numbers import as_json
@@ -158,7 +157,7 @@ def export_fmu_command(
     - `hydroservo export fmu rig/1khz-tsmc-sine --fmi 3 --clocked --out controller.fmu`
     - `hydroservo export fmu paper/sine-pi --platform x86_64-linux --platform x86_64-windows --out pi.fmu`
     """
-    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.messages import progress_bar
     from hydroservo.export.compilers import platforms_named
     from hydroservo.export.products import export_fmu, proof_line
     from hydroservo.show.numbers import as_json
@@ -208,7 +207,7 @@ def export_ssp_command(
 
     - `hydroservo export ssp rig/1khz-tsmc-sine --out loop.ssp`
     """
-    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.messages import progress_bar
     from hydroservo.export.compilers import platforms_named
     from hydroservo.export.products import export_ssp, proof_line
     from hydroservo.show.numbers import as_json

@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 
 import typer
 
-from hydroservo.cli.options import DecimalComma, FigureFormat, FigureSize, Json
-from hydroservo.cli.places import WHERE, folder_at, is_folder
-from hydroservo.cli.remarks import say_warning
+from hydroservo.cli.messages import say_warning
+from hydroservo.cli.options import WHERE, DecimalComma, FigureFormat, FigureSize, Json, folder_at, is_folder
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.core.outputs import OutputError, check_outputs, existing_folder, written_or_kept
 from hydroservo.show.journal import NO_JOURNAL, Journal, journal_of
 from hydroservo.show.numbers import METRICS, as_json
 
 if TYPE_CHECKING:
-    from hydroservo.cli.progress import Report
+    from hydroservo.cli.messages import Report
     from hydroservo.show import Finding
 
 LOOKS = ("decimal_comma", "figure_format", "figure_size")  # of the files alone
@@ -39,12 +38,7 @@ PICTURE_ENDINGS = (".png", ".svg", ".pdf")
 
 
 def typed_command(context: typer.Context, left_out: Collection[str] = NO_MATTER) -> list[str]:
-    """The running command: its start, then each option, quoted for a shell.
-
-    Args:
-        context: of the command.
-        left_out: options by their names in Python, such as those that change nothing of what it finds.
-    """
+    """The running command: its start, then each option, quoted for a shell."""
     parts = [["hydroservo", str(context.info_name)]]
     for parameter in context.command.params:
         name = str(parameter.name)
@@ -69,15 +63,10 @@ def repeat_command(context: typer.Context) -> str:
 
 
 class Written(NamedTuple):
-    """What became of files.
+    """What became of files."""
 
-    Attributes:
-        files: those that took their places.
-        failure: why others did not, and where they are instead; None if all did.
-    """
-
-    files: Sequence[Path] = ()
-    failure: Exception | None = None
+    files: Sequence[Path] = ()  # those that took their places
+    failure: Exception | None = None  # why others did not, and where they are instead; None if all did
 
     def check(self) -> None:
         """Fail if something could not be written; to be called after everything else has been printed."""
@@ -98,12 +87,7 @@ def combine_written(first: Written, second: Written) -> Written:
 
 
 def try_outputs(files: Sequence[Path], size: int = 0) -> None:
-    """Before a computation: find out whether its files can be written.
-
-    Args:
-        files: what will be written.
-        size: about how much the largest of them will take [bytes]; a disk with less is warned of.
-    """
+    """Before a computation, check that its files can be written; warn if ``size`` bytes are not free."""
     check_outputs(files)
     for folder in dict.fromkeys(existing_folder(file) for file in files):
         free = shutil.disk_usage(folder).free
@@ -113,12 +97,7 @@ def try_outputs(files: Sequence[Path], size: int = 0) -> None:
 
 
 def write_or_keep(folder: Path | None, write: Callable[[Path], Sequence[Path]]) -> Written:
-    """Write files into a folder, all or none; if none, into a temporary folder that the failure names.
-
-    Args:
-        folder: where they go; nothing is written if None.
-        write: writes them into a folder and returns which they are.
-    """
+    """Write files into a folder, if there is one: all, or into a temporary folder that the failure names."""
     try:
         return Written(() if folder is None else written_or_kept(folder, write))
     except Exception as error:  # whatever it is, what was computed is worth showing
@@ -126,23 +105,14 @@ def write_or_keep(folder: Path | None, write: Callable[[Path], Sequence[Path]]) 
 
 
 class CommandOutput(NamedTuple):
-    """How a command answers: what its user wants of its finding.
+    """How a command answers: what its user wants of its finding."""
 
-    Attributes:
-        context: of the command line.
-        folder: for a report; None without one.
-        file: for a picture or another file of the finding alone; None without one.
-        files: those that a command writes itself.
-        journal: what figures a journal is to have.
-        json: whether the numbers are printed as JSON.
-    """
-
-    context: typer.Context
-    folder: Path | None = None
-    file: Path | None = None
-    files: Sequence[Path] = ()
-    journal: Journal = NO_JOURNAL
-    json: bool = False
+    context: typer.Context  # of the command line
+    folder: Path | None = None  # for a report; None without one
+    file: Path | None = None  # for a picture or another file of the finding alone; None without one
+    files: Sequence[Path] = ()  # those that a command writes itself
+    journal: Journal = NO_JOURNAL  # what figures a journal is to have
+    json: bool = False  # whether the numbers are printed as JSON
 
     def __call__(
         self,
@@ -154,24 +124,11 @@ class CommandOutput(NamedTuple):
         others: Sequence[Path] = (),
         write_more: Callable[[Result], Written] | None = None,
     ) -> Result:
-        """Compute a result, write it where it was wanted or can be kept, and show it.
+        """Compute a result, write it where it was wanted or can be kept, show its finding and return it.
 
-        Args:
-            name: of what is computed, for progress and warnings.
-            compute: makes the result, and reports its progress.
-            describe: the finding of the result.
-            size: about how much its largest file will take [bytes].
-            others: files that are written besides, by ``compute`` or ``write_more``.
-            write_more: writes them from the result.
-
-        Returns:
-            The result.
-
-        Raises:
-            OutputError: a file cannot be written; it is found out before all else where it can be.
-            HydroservoError: decimal commas are wanted of no file.
-        """
-        from hydroservo.cli.progress import progress_bar
+        Its largest file takes about ``size`` bytes; ``others`` are files that ``compute`` or ``write_more``
+        writes besides."""
+        from hydroservo.cli.messages import progress_bar
         from hydroservo.show.page import REPORT
 
         folder = self.file.parent if self.file else self.folder
@@ -199,11 +156,7 @@ class CommandOutput(NamedTuple):
         return result
 
     def check_commas(self, files: Sequence[Path]) -> None:
-        """Refuse decimal commas where no CSV file is written.
-
-        Raises:
-            HydroservoError: they are wanted there.
-        """
+        """Refuse decimal commas where no CSV file is written."""
         tables = self.folder or any(one.suffix.lower() == ".csv" for one in files)
         if self.journal.decimal_comma and not tables:
             problem = "changes CSV files, and this command writes none; add --out DIR"
@@ -227,13 +180,7 @@ class CommandOutput(NamedTuple):
 def with_output(
     about: str = "Write the results to this folder.", endings: Sequence[str] = (), *, several: bool = False
 ) -> Callable[[Callable[..., Any]], Callable[..., None]]:
-    """Decorate a command so that the options of its output reach it as one ``answer``.
-
-    Args:
-        about: what ``--out`` writes.
-        endings: of one file that it may write instead of a folder.
-        several: whether ``--out`` may be given again, for files that the command writes itself.
-    """
+    """Decorate a command so that the options of its output reach it as one ``answer``."""
     shape, more = ("FILE|DIR" if endings else "DIR"), (" May be given again." if several else "")
     option = typer.Option(
         "--out", metavar=shape, parser=str if endings else folder_at, help=f"{about}{more} {WHERE}"

@@ -2,32 +2,36 @@
 
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.frame import CommandOutput, with_output
+from hydroservo.cli.frame import PICTURE_ENDINGS, CommandOutput, with_output
 from hydroservo.cli.options import (
     Changes,
+    LogScenario,
     Plugins,
     Scenario,
     Threads,
     Verbose,
     list_option,
+    log_columns_of,
     parse_quantity,
     parse_ranges,
     vary_option,
 )
 
 if TYPE_CHECKING:
-    from hydroservo.cli.progress import Report
+    from hydroservo.cli.messages import Report
     from hydroservo.identification import Identified
     from hydroservo.identification.further import Further
     from hydroservo.scenario.tables import TableEntry
 
     Ranges = Mapping[str, TableEntry]
     Changed = Mapping[str, object]
+
 
 FORM, HORIZON, LIMIT = "--form", "--horizon", "--limit"
 DOES_NOT_FIT = 3  # exit status
@@ -130,10 +134,10 @@ def identify_command(
     - `hydroservo identify my.toml bench.csv --vary plant.mass=-50%..+100% --propose next.csv --limit
       position=20..80mm`
     """
-    from hydroservo.cli.remarks import log_kernels
+    from hydroservo.cli.messages import log_kernels
     from hydroservo.core.errors import HydroservoError
     from hydroservo.core.outputs import write_text
-    from hydroservo.identification import compare, propose
+    from hydroservo.identification import compare
     from hydroservo.identification.finding import identified_finding
     from hydroservo.identification.further import Further, typed_units
     from hydroservo.identification.identified import identified
@@ -218,3 +222,86 @@ def settings_of_other(
     changed = {path: value for path, value in changes.items() if path in known}
     assemble(scenario, changed, plugins)
     return {path: entry for path, entry in ranges.items() if path in known}, changed
+
+
+@with_output()
+def map_command(
+    kind: Annotated[
+        str, typer.Argument(metavar="KIND", help="`valve-flow`, `pressure-gain`, `friction` or `decay`.")
+    ],
+    logs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="LOG...", help="Logs of the machine: CSV, Parquet, MAT, NetCDF, HDF5, MDF or TDMS files."
+        ),
+    ],
+    changes: Changes,
+    plugins: Plugins,
+    answer: CommandOutput,
+    scenario: LogScenario = None,
+) -> None:
+    """Measure a static map of a machine from logs of it, with 95 % intervals.
+
+    KIND is one of: valve-flow, the flow gain, dead band and hysteresis of a valve from slow sweeps of the
+    command; pressure-gain, from slow sweeps with blocked ports; friction against velocity from moves at
+    constant speed; decay, leakage and bulk modulus from pressures in blocked ports. Headers of logs are those
+    that `identify` reads. With --out it writes a report (report.html, its tables as CSV and LaTeX in tables),
+    the curve (map.csv), the numbers (metrics.json), a picture (map.png, map.svg) and, with --scenario, a
+    scenario with what was found (scenario.toml).
+
+    Examples:
+
+    - `hydroservo map friction bench.csv --scenario my.toml --out friction`
+    """
+    from hydroservo.identification.maps import map_logs
+    from hydroservo.identification.maps.finding import map_finding
+    from hydroservo.scenario import parse_override
+
+    overrides = dict(map(parse_override, changes))
+    answer(
+        ", ".join(map(str, logs)),
+        lambda _: map_logs(kind, logs, scenario, changes=overrides, plugins=plugins),
+        partial(map_finding, logs=logs),
+    )
+
+
+@with_output("Draw it: a .png, .svg or .pdf. Into a folder goes a report too.", endings=PICTURE_ENDINGS)
+def log_command(
+    file: Annotated[
+        Path, typer.Argument(metavar="LOG", help="A CSV, Parquet, MAT, NetCDF, HDF5, MDF or TDMS file.")
+    ],
+    changes: Changes,
+    plugins: Plugins,
+    answer: CommandOutput,
+    scenario: LogScenario = None,
+) -> None:
+    """Show how a log is understood: its signals, their units and ranges, its rate and its gaps.
+
+    It reads a log exactly as `identify`, `map` and `bode --log` do. A warning names the columns in which no
+    signal is recognised; a scenario can say what they hold, with a scale where units do not convert:
+
+        [identify.columns]
+        velocity = "v_piston [mm/s]"
+        command = { column = "current [mA]", scale = "0.25 V/mA" }
+        period = "10 ms"  # without a column of instants
+
+    A folder as --out gets a report (report.html, its table as CSV and LaTeX in tables), a picture of the log
+    (log.png, log.svg) and the numbers (metrics.json).
+
+    Examples:
+
+    - `hydroservo log bench.csv`
+    - `hydroservo log bench.csv --scenario my.toml --out bench.png`
+    """
+    from hydroservo.core.errors import ParameterError
+    from hydroservo.identification.finding import log_finding
+    from hydroservo.identification.log import TIME, read_log
+    from hydroservo.identification.segments import understood
+
+    if scenario is None and (changes or plugins):
+        option = "--set" if changes else "--plugin"
+        raise ParameterError(option, str([*changes, *plugins][0]), "needs --scenario")
+    mapping = {} if scenario is None else log_columns_of(scenario, changes, plugins)
+    answer(
+        str(file), lambda _: understood(read_log(file, mapping, (TIME,))), partial(log_finding, logs=[file])
+    )

@@ -60,11 +60,7 @@ ANSWERS: list[str] = []  # what is to be said of an interrupt that was acted on
 
 
 def acknowledge_interrupt(where: str = "") -> None:
-    """Stop repeating the interrupt: it has been acted on.
-
-    Args:
-        where: what is to be said of it besides.
-    """
+    """Stop repeating the interrupt: it has been acted on, ``where`` is said of it besides."""
     ANSWERS.append(where)
     if REPEATS:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
@@ -114,11 +110,7 @@ def leave() -> "NoReturn":
 
 
 def end_process(why: str) -> "NoReturn":
-    """End the process, from any thread.
-
-    Args:
-        why: what is to be said of it besides.
-    """
+    """End the process, from any thread, and say why."""
     number = CAUGHT[0] if CAUGHT else signal.SIGINT
     try:
         sys.stderr.write(f"hydroservo: {ENDINGS[number]}{why}; nothing was left half-written\n")

@@ -1,13 +1,25 @@
 """The built-in scenarios and studies: their names, and their texts."""
 
 import sys
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.syntax import Syntax
+from rich.table import Table
 
-from hydroservo.cli.completion import scenarios_like, studies_like
-from hydroservo.cli.failures import ListingGroup
+from hydroservo.cli.commands import ListingGroup
+from hydroservo.cli.options import WHERE, Json, Plugins, file_at, scenarios_like, studies_like, types_like
 from hydroservo.core.builtin import titles
+from hydroservo.core.field import CONTROLLED
+from hydroservo.show.terminal import show
+
+if TYPE_CHECKING:
+    from hydroservo.scenario.descriptions import Description
+
 
 scenarios_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
 studies_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
@@ -16,7 +28,6 @@ studies_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
 @scenarios_app.callback(invoke_without_command=True)
 def list_scenarios(context: typer.Context) -> None:
     """List the built-in scenarios, or show one."""
-    from hydroservo.cli.tables import show_titles
 
     if context.invoked_subcommand is None:
         show_titles(titles("scenario"))
@@ -46,7 +57,6 @@ def show_source(
 @studies_app.callback(invoke_without_command=True)
 def list_studies(context: typer.Context) -> None:
     """List the built-in studies, or show one."""
-    from hydroservo.cli.tables import show_titles
 
     if context.invoked_subcommand is None:
         show_titles(titles("studies"))
@@ -75,8 +85,117 @@ def show_study_source(
 def print_toml(text: str) -> None:
     """TOML in colour on a terminal, and as it is elsewhere."""
     if sys.stdout.isatty():
-        from hydroservo.cli.tables import show_toml
-
         show_toml(text)
     else:
         typer.echo(text, nl=False)
+
+
+def describe_command(
+    plugins: Plugins,
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="[NAME]",
+            help="A type such as PID, a role, or a table of a scenario.",
+            autocompletion=types_like,
+        ),
+    ] = "",
+    json: Json = False,
+) -> None:
+    """Say which types a scenario may name, and which keys each takes, with units, ranges and defaults.
+
+    Without a name it lists all types by their roles.
+
+    Examples:
+
+    - `hydroservo describe`
+    - `hydroservo describe controller`
+    - `hydroservo describe Cylinder.from_diameters`
+    """
+    from hydroservo.scenario.descriptions import describe_types, first_sentence, role_named, types_by_role
+    from hydroservo.scenario.registry import load_plugin
+    from hydroservo.show.numbers import as_json
+
+    for plugin in plugins:
+        load_plugin(plugin)
+    if not name:
+        types = types_by_role()
+        typer.echo(as_json(types)) if json else show_names(types)
+    elif of_role := role_named(name):
+        titles = {one: first_sentence(maker) for one, maker in of_role.items()}
+        typer.echo(as_json(titles)) if json else show_titles(titles)
+    else:
+        found = describe_types(name)
+        typer.echo(as_json([one.as_dict() for one in found])) if json else show_descriptions(found)
+
+
+def schema_command(
+    plugins: Plugins,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE", parser=file_at, help=f"Write it to this file. {WHERE}"),
+    ] = None,
+) -> None:
+    """Print the JSON Schema of scenarios, with which an editor completes and checks them as they are typed.
+
+    The line `#:schema ./hydroservo.schema.json` at the top of a scenario tells an editor that knows TOML's
+    schemas, such as Even Better TOML in VS Code, where it is.
+
+    Examples:
+
+    - `hydroservo schema --out hydroservo.schema.json`
+    """
+    from hydroservo.core.outputs import write_text
+    from hydroservo.scenario.descriptions import scenario_schema
+    from hydroservo.scenario.registry import load_plugin
+    from hydroservo.show.numbers import as_json
+
+    for plugin in plugins:
+        load_plugin(plugin)
+    text = as_json(scenario_schema())
+    if out is None:
+        typer.echo(text)
+    else:
+        typer.echo(f"written: {write_text(out, text + chr(10))}")
+
+
+def show_titles(titles: Mapping[str, str]) -> None:
+    """Names and titles of scenarios or studies."""
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    for name, text in titles.items():
+        table.add_row(f"[bold]{escape(name)}[/]", escape(text))
+    show(table)
+
+
+def show_names(types: Mapping[str, Sequence[str]]) -> None:
+    """Types by their roles."""
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    for role, names in types.items():
+        table.add_row(f"[bold]{escape(role)}[/]", escape(", ".join(names)))
+    show(table)
+
+
+def show_descriptions(found: "Sequence[Description]") -> None:
+    """Types of one name in words, each with the keys of its table."""
+    for about in found:
+        table = Table(caption_justify="left")
+        for name in ("key", "default", "unit", "range"):
+            table.add_column(name, no_wrap=True)
+        table.add_column("meaning")
+        for key in about.keys:
+            one = key.as_dict()
+            default = one["default"] or "[yellow]needed[/]"
+            table.add_row(one["name"], default, *(escape(one[name]) for name in ("unit", "range", "meaning")))
+        units = [key.as_dict()["unit"] for key in about.keys]
+        said = ['a plain number is in this unit; others in quotes, such as "63 mm"'] if any(units) else []
+        if any(CONTROLLED in unit for unit in units):
+            said.append(f"{CONTROLLED}: the unit of the controlled signal, such as m/s or m")
+        table.caption = "\n".join(said)
+        heading = f"[bold]{escape(about.name)}[/]: {', '.join(about.roles)}"
+        show(heading, "", escape(about.text), "", table if about.keys else "It takes no keys.")
+
+
+def show_toml(text: str) -> None:
+    """A scenario with its syntax in colour, for a terminal."""
+    highlighted = Syntax("", "toml", background_color="default").highlight(text)
+    Console().print(highlighted, soft_wrap=True, end="")

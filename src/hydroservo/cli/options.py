@@ -1,15 +1,17 @@
 """Options that several commands take."""
 
+import os
 import shlex
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from glob import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydroservo.cli.completion import scenarios_like
-from hydroservo.cli.remarks import say_warning, warn_of_sizes
+from hydroservo.cli.messages import say_warning, warn_of_sizes
+from hydroservo.core.builtin import titles
 from hydroservo.core.errors import HydroservoError, HydroservoWarning
 from hydroservo.show.journal import FIGURE_FORMATS, Size
 
@@ -17,8 +19,43 @@ if TYPE_CHECKING:
     from hydroservo.control.loop import Loop
     from hydroservo.scenario.tables import TableEntry
 
+
 VARY = "--vary"
 LONGEST = 4096  # characters of one option
+WHERE = "A name with an ending is a file; one without, or with a / at its end, is a folder."
+
+
+def scenarios_like(incomplete: str) -> list[str]:
+    """Built-in scenarios, and TOML files and folders, whose names begin so."""
+    return [*names_starting(titles("scenario"), incomplete), *files_like(incomplete)]
+
+
+def studies_like(incomplete: str) -> list[str]:
+    """Built-in studies, and TOML files and folders, whose names begin so."""
+    return [*names_starting(titles("studies"), incomplete), *files_like(incomplete)]
+
+
+def types_like(incomplete: str) -> list[str]:
+    """Roles and types whose names begin so."""
+    from hydroservo.scenario.descriptions import types_by_role
+
+    roles = types_by_role()
+    types = {name for names in roles.values() for name in names}
+    return sorted(names_starting({"simulation", *roles, *types}, incomplete))
+
+
+def names_starting(names: Iterable[str], incomplete: str) -> list[str]:
+    return [name for name in names if name.startswith(incomplete)]
+
+
+def files_like(incomplete: str) -> Iterator[str]:
+    typed = Path(incomplete)
+    folder, name = (typed, "") if incomplete.endswith("/") or not incomplete else (typed.parent, typed.name)
+    for path in sorted(folder.glob(f"{escape(name)}*")):
+        if path.is_dir():
+            yield f"{path}/"
+        elif path.suffix == ".toml":
+            yield str(path)
 
 
 def list_option(name: str, metavar: str, text: str) -> Any:
@@ -197,15 +234,10 @@ def check_one_place(workers: int | None, scheduler: str | None) -> None:
 
 
 def parse_ranges(texts: Sequence[str], option: str = VARY) -> "dict[str, TableEntry]":
-    """The texts LOW..HIGH of ``--vary PATH=LOW..HIGH`` by path, each path once.
-
-    Args:
-        texts: as given.
-        option: that they were given to.
-    """
+    """The texts LOW..HIGH of ``--vary PATH=LOW..HIGH`` by path, each path once."""
     from hydroservo.core.errors import ScenarioError, short
-    from hydroservo.scenario.layers import PATH
     from hydroservo.scenario.ranges import as_entries
+    from hydroservo.scenario.scenario_files import PATH
 
     found: dict[str, str] = {}
     for text in texts:
@@ -221,14 +253,7 @@ def parse_ranges(texts: Sequence[str], option: str = VARY) -> "dict[str, TableEn
 def replay_command(
     command: Sequence[str], changes: Sequence[str], plugins: Sequence[Path], settings: Mapping[str, float]
 ) -> str:
-    """A command with more changes than were given, to be typed in a shell.
-
-    Args:
-        command: its first words.
-        changes: those given.
-        plugins: those given.
-        settings: values by the path that ``--set`` takes; they go before a change that was given.
-    """
+    """A command for a shell, with settings by path that go before the changes given."""
     from hydroservo.scenario import parse_override
 
     kept = [change for change in changes if parse_override(change)[0] not in settings]
@@ -238,3 +263,28 @@ def replay_command(
     for plugin in plugins:
         words += ["--plugin", str(plugin)]
     return shlex.join(words)
+
+
+def is_folder(text: str, endings: Sequence[str] = ()) -> bool:
+    """Whether a name means a folder: it has no ending, or a slash at its end, or there is such a folder."""
+    path = Path(text)
+    ending = path.suffix.lower()
+    return text.endswith(("/", os.sep)) or not ending or (ending not in endings and path.is_dir())
+
+
+def folder_at(text: str | Path) -> Path:
+    """The folder that ``--out`` of a command names that leaves several files."""
+    path, typed = Path(text), os.fspath(text)
+    if not is_folder(typed):
+        raise typer.BadParameter(f"{typed!r} is a file, by its ending; for a folder write {f'{typed}/'!r}")
+    if path.exists() and not path.is_dir():
+        raise typer.BadParameter(f"{typed!r} is a file, and this command writes into a folder")
+    return path
+
+
+def file_at(text: str | Path) -> Path:
+    """The file that ``--out`` of a command names that leaves one."""
+    typed = os.fspath(text)
+    if is_folder(typed):
+        raise typer.BadParameter(f"{typed!r} is a folder, and this command writes a file, with an ending")
+    return Path(text)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.failures import errors_name_scenario
+from hydroservo.cli.commands import errors_name_scenario
 from hydroservo.cli.frame import CommandOutput, with_output
 from hydroservo.cli.options import Changes, Plugins, Scenario, Scenarios, Strict, Verbose, load_loop
 from hydroservo.core.errors import require
@@ -16,9 +16,10 @@ from hydroservo.runs.results import Format
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydroservo.cli.progress import Report
+    from hydroservo.cli.messages import Report
     from hydroservo.control.loop import Loop
     from hydroservo.runs.trace import Trace
+
 
 NOTHING: tuple[str, ...] = ()  # no trajectory is kept where nothing will be written
 LARGE_TRACE = 2**28  # bytes; a larger trajectory is announced before the run
@@ -53,7 +54,7 @@ def run_command(
     - `hydroservo run my.toml --plugin my_controller.py --set simulation.duration='2 s' --json`
     - `hydroservo run paper/sine-tsmc --out results --figure-size one-column --figure-format pdf`
     """
-    from hydroservo.cli.remarks import log_kernels
+    from hydroservo.cli.messages import log_kernels
     from hydroservo.runs.run import Mode, traced
     from hydroservo.runs.run_finding import run_finding
 
@@ -92,7 +93,7 @@ def compare_command(
     - `hydroservo compare paper/sine-pi paper/sine-backstepping paper/sine-tsmc`
     - `hydroservo compare paper/square-pi paper/square-tsmc --set load.amplitude=150N --out results`
     """
-    from hydroservo.cli.remarks import log_kernels
+    from hydroservo.cli.messages import log_kernels
     from hydroservo.runs.arguments import check_one_signal
     from hydroservo.runs.comparison_finding import comparison_finding
     from hydroservo.runs.run import simulate
@@ -138,3 +139,51 @@ def short_names(scenarios: Sequence[str]) -> list[str]:
     """Names for tables and legends: a file's without folder and ending, if that leaves all distinct."""
     names = [Path(name).stem if name.endswith(".toml") else name for name in scenarios]
     return names if len(set(names)) == len(names) else list(scenarios)
+
+
+def app_command(
+    changes: Changes,
+    plugins: Plugins,
+    scenario: Annotated[
+        str,
+        typer.Argument(metavar="[SCENARIO]", help="A scenario file (TOML), or the name of a built-in one."),
+    ] = "axis/position",
+    port: Annotated[
+        int | None,
+        typer.Option(
+            "--port", metavar="PORT", help="Port of the app_command; 0 for any free one. Default: 8642."
+        ),
+    ] = None,
+    host: Annotated[
+        str,
+        typer.Option(
+            "--host",
+            metavar="ADDRESS",
+            help="Address of this machine to listen at. Beyond this machine the page asks for a token, "
+            "which the address printed holds; it is not encrypted.",
+        ),
+    ] = "127.0.0.1",
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the app_command in the browser.")
+    ] = True,
+) -> None:
+    """Open a local web page for a scenario: change a number, and see what follows.
+
+    The page shows the machine as a hydraulic circuit, a run, the Bode plot and the metrics, has a field for
+    each number and a list for each type, compares pinned runs, takes logs, and saves the scenario as TOML.
+    It is served by this computer to itself until Ctrl-C, and needs no network, but the libraries of
+    `pip install 'hydroservo[app]'`.
+
+    Examples:
+
+    - `hydroservo app axis/position`
+    - `hydroservo app my.toml --plugin my_controller.py --no-browser --port 0`
+    """
+    from hydroservo.app import Address, serve
+
+    load_loop(scenario, changes, plugins)  # what is wrong with it is said here and now
+    serve(scenario, changes, plugins, Address(host, port), browser, print_address)
+
+
+def print_address(address: str) -> None:
+    typer.echo(f"{address}\nCtrl-C ends it")

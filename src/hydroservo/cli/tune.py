@@ -24,10 +24,10 @@ from hydroservo.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from hydroservo.cli.progress import Report
+    from hydroservo.cli.messages import Report
     from hydroservo.runs.tuned import Tuned
     from hydroservo.runs.tuning import Progress
-    from hydroservo.scenario.task import TuningTask
+    from hydroservo.scenario.tuning_task import TuningTask
     from hydroservo.show import Finding
 
 
@@ -168,11 +168,11 @@ def tune_command(
       controller.proportional_gain=-50%..+100%`
     """
     from hydroservo.cli.interrupts import INTERRUPTED, acknowledge_interrupt
-    from hydroservo.cli.remarks import log_kernels
+    from hydroservo.cli.messages import log_kernels
     from hydroservo.runs.aims import metric_field
     from hydroservo.scenario import parse_override
-    from hydroservo.scenario.task import task_of_scenarios
     from hydroservo.scenario.tuning import best_values, without_none
+    from hydroservo.scenario.tuning_task import task_of_scenarios
 
     lists = without_none(weights=weights, scales=scales)
     plain = without_none(metric=metric, seeds=seeds, effort=effort, candidates=candidates, seed=seed)

@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 from hydroservo.core.block import Block
 from hydroservo.core.errors import LoopError, ParameterError
 from hydroservo.core.field import OPEN
-from hydroservo.cosimulation.foreign import Foreign
+from hydroservo.cosimulation.blocks import MACHINE_OUTPUTS, ForeignLoad, ForeignMachine
+from hydroservo.cosimulation.fmu import Foreign
 from hydroservo.cosimulation.instance import Instance
-from hydroservo.cosimulation.load import ForeignLoad
-from hydroservo.cosimulation.machine import MACHINE_OUTPUTS, ForeignMachine
 
 LOAD, MACHINE = "load", "plant"
 ROUNDED = 1e-9  # relative, by which a whole number of steps may miss a period
@@ -28,15 +27,7 @@ def has_fmu(loop: Block) -> bool:
 
 
 def refuse_fmus(loop: Block, what: str) -> None:
-    """Refuse a loop with an FMU in it.
-
-    Args:
-        loop: the loop.
-        what: cannot be done with it, such as "linearise".
-
-    Raises:
-        LoopError: it has one.
-    """
+    """Refuse a loop with an FMU in it."""
     for name, foreign in fmus_in(loop).items():
         raise LoopError(
             f"the {name} is the FMU {foreign.name}, of which only steps are known, so nothing can {what}; "
@@ -45,15 +36,7 @@ def refuse_fmus(loop: Block, what: str) -> None:
 
 
 def first_force(loop: Any, state: Any) -> float:
-    """What the FMU of a load answers at t = 0 [N].
-
-    Args:
-        loop: with that load.
-        state: of the plant.
-
-    Raises:
-        LoopError: it refuses.
-    """
+    """What the FMU of a load answers at t = 0 [N]."""
     signals = seen_by_load(state)
     with Instance(loop.load.foreign, LOAD, signals) as load:
         return load.exchange(signals)["force"]
@@ -140,12 +123,7 @@ def with_outputs(outputs: dict[str, float], before: Any) -> Any:
 
 @contextmanager
 def couple_fmus(study: Any) -> Iterator[Any]:
-    """A study whose system has FMUs in it with their instances, which go at the end; any other as it is.
-
-    Raises:
-        LoopError: an FMU refuses, or does not go with the loop.
-        ParameterError: communication steps do not divide the sample period.
-    """
+    """A study whose system has FMUs in it with their instances, which go at the end; any other as it is."""
     loop = study.system
     found = fmus_in(loop)
     if not found:

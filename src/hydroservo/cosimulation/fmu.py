@@ -1,10 +1,12 @@
 """A file with an FMU for co-simulation: what it says of itself, read without running anything of it."""
 
+import copyreg
+import json
 import math
 import zipfile
 import zlib
-from functools import lru_cache
-from hashlib import file_digest
+from functools import cache, lru_cache, partial
+from hashlib import file_digest, sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +20,7 @@ MOST_UNPACKED, MOST_DESCRIBED, MOST_ENTRIES = 2 << 30, 64 << 20, 10_000  # bytes
 REALS = ("Real", "Float64", "Float32")
 UNREADABLE = (OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)  # of archives
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")  # units, as FMI has them
+Parameter = tuple[float | bool | str, ...]  # one value, or those of an array
 
 
 class FmuVariable(NamedTuple):
@@ -54,49 +57,27 @@ class FmuVariable(NamedTuple):
 
 
 class Fmu(NamedTuple):
-    """What is known of an FMU.
+    """What is known of an FMU."""
 
-    Attributes:
-        path: the file.
-        digest: SHA-256 of its content.
-        version: of FMI, 2 or 3.
-        model: the model's name.
-        identifier: of the model in names of files.
-        token: by which an instance is known to belong to the description.
-        binary: the shared library for this machine, by its path in the archive.
-        single: whether a process can have but one instance.
-        internal_step: the step that it takes inside [s]; nan where it does not say.
-        variables: by name.
-    """
-
-    path: Path
-    digest: str
-    version: int
-    model: str
-    identifier: str
-    token: str
-    binary: str
-    single: bool
-    internal_step: float
-    variables: dict[str, FmuVariable]
+    path: Path  # the file
+    digest: str  # SHA-256 of its content
+    version: int  # of FMI, 2 or 3
+    model: str  # the model's name
+    identifier: str  # of the model in names of files
+    token: str  # by which an instance is known to belong to the description
+    binary: str  # the shared library for this machine, by its path in the archive
+    single: bool  # whether a process can have but one instance
+    internal_step: float  # the step that it takes inside [s]; nan where it does not say
+    variables: dict[str, FmuVariable]  # by name
 
 
 def read_fmu(path: Path) -> Fmu:
-    """Read the description of an FMU.
-
-    Raises:
-        HydroservoError: it is no FMU for co-simulation in FMI 2.0 or 3.0 that can run here, or the package
-            fmpy is missing; without the file's name.
-    """
+    """Read the description of an FMU."""
     return read_description(path, digest_of(path))
 
 
 def digest_of(path: Path) -> str:
-    """SHA-256 of a file's content.
-
-    Raises:
-        HydroservoError: it cannot be read.
-    """
+    """SHA-256 of a file's content."""
     if problem := irregularity(path, LARGEST):
         raise HydroservoError(problem)
     try:
@@ -235,3 +216,69 @@ def folder_of(path: Path, digest: str) -> Path:
 def unpacked_folder(fmu: Fmu) -> Path:
     """The folder of an FMU's files."""
     return folder_of(fmu.path, fmu.digest)
+
+
+class Wire(NamedTuple):
+    """A signal of the loop and the variable that stands for it."""
+
+    signal: str  # such as "position"
+    variable: str  # the name of the FMU's variable
+    element: int  # which of an array's, from 0
+    factor: float  # SI units per unit of the variable
+
+
+class Foreign(NamedTuple):
+    """An FMU, its wires and its parameters.
+
+    Attributes:
+        fmu: what is known of the file.
+        inputs: what it is given at each communication.
+        outputs: what it answers.
+        parameters: what is set before its initialization, by name, in its own units.
+    """
+
+    fmu: Fmu
+    inputs: tuple[Wire, ...]
+    outputs: tuple[Wire, ...]
+    parameters: tuple[tuple[str, Parameter], ...]
+
+    @property
+    def name(self) -> str:
+        """What messages call it."""
+        return self.fmu.path.name
+
+    def digest(self) -> str:
+        """Differs where content, wires or parameters do."""
+        text = json.dumps([self.fmu.digest, self.inputs, self.outputs, self.parameters])
+        return sha256(text.encode()).hexdigest()[:12]
+
+
+def fmu_block_class(base: type, foreign: Foreign) -> type[Any]:
+    """A class of blocks that have this FMU as their ``foreign``.
+
+    Its module's name holds the digest, as that of a plug-in's does: results and hashes tell it from others.
+    """
+    return cached_block_class(base, str(foreign.fmu.path), foreign.fmu.digest, *foreign[1:])
+
+
+@cache
+def cached_block_class(base: type, path: str, content: str, *use: Any) -> type[Any]:
+    """The one class of an FMU put to use in one way."""
+    fmu = read_fmu(Path(path))
+    if fmu.digest != content:
+        raise HydroservoError(f"{path}: has changed since it was read")
+    foreign = Foreign(fmu, *use)
+    members = {"foreign": foreign, "__slots__": (), "__doc__": base.__doc__}
+    cls = type("FMU", (base,), {**members, "__module__": f"fmu_{foreign.digest()}"})
+    copyreg.pickle(cls, partial(reduce_fmu_block, (base, path, content, *use)))
+    return cls
+
+
+def reduce_fmu_block(use: tuple[Any, ...], block: Any) -> tuple[Any, ...]:
+    """What pickle keeps of a block: how to make it again in another process."""
+    return restore_fmu_block, (use, tuple(block))
+
+
+def restore_fmu_block(use: tuple[Any, ...], values: tuple[Any, ...]) -> Any:
+    """A block from its pickle; as with any pickle, load only what you trust."""
+    return cached_block_class(*use)._make(values)

@@ -9,8 +9,7 @@ from threading import Lock
 from typing import Any, TypeVar
 
 from hydroservo.core.errors import LoopError
-from hydroservo.cosimulation.fmu import FmuVariable, unpacked_folder
-from hydroservo.cosimulation.foreign import Foreign, Parameter, Wire
+from hydroservo.cosimulation.fmu import FmuVariable, Foreign, Parameter, Wire, unpacked_folder
 
 LOADING = Lock()  # FMPy changes the process's folder while it loads a library
 FMI2_SETTERS = {
@@ -208,12 +207,7 @@ class Instance:
             raise self.error(f"has no {asked}: there are {len(array)} numbers in {wire.variable}")
 
     def step(self, time: float, size: float) -> None:
-        """One communication step.
-
-        Args:
-            time: where it begins [s].
-            size: how long it is [s].
-        """
+        """One communication step of a size [s], from a time [s]."""
         self.time = time
         answer = self.called(partial(self.slave.doStep, time, size))
         if answer is not None and (answer[1] or answer[2]):

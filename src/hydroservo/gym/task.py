@@ -9,15 +9,28 @@ from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.control.loop import Loop
+from hydroservo.core.block import replace
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import Field
 from hydroservo.core.signals import Demand, Measurement
-from hydroservo.core.validation import number
-from hydroservo.gym.episodes import Ranges, draw_parameter_sets, environment_assembly
-from hydroservo.gym.scales import signal_sizes
+from hydroservo.core.validation import number, whole_number
 from hydroservo.limits.command import command_limits
 from hydroservo.machine.sensors.missing import missing_signals
+from hydroservo.runs.arguments import checked_mapping
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import simulate
 from hydroservo.runs.stepping import SteppedRuns
+from hydroservo.scenario import Assembly, assemble
+from hydroservo.scenario.other_tables import Deviation
+from hydroservo.scenario.parameter_draws import (
+    Columns,
+    assembly_of_loop,
+    draw_values,
+    loop_parameters,
+    uniform_numbers,
+    variations,
+)
+from hydroservo.scenario.ranges import as_entries, relative
 
 BEYOND = 10.0  # sizes, at which an observation is cut off
 SEEDS = 2**53  # of the random numbers of an episode
@@ -27,6 +40,9 @@ WEIGHT = Field("", "weight in the reward", at_least=0, at_most=1e6)
 Numbers = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Whole = NDArray[np.int64]
+MOST_DRAWS = 100_000  # sets of parameters, each with a start of its own to be found
+
+Ranges = Mapping[str, str | tuple[float, float]]
 
 
 class SampleOutcome(NamedTuple):
@@ -57,7 +73,7 @@ class Task:
         changes: of the scenario, as of :func:`~hydroservo.scenario.load_scenario`.
         plugins: Python files with blocks that the scenario names; they are executed.
         vary: what differs between episodes besides the scenario's uncertainty, as of
-            :func:`~hydroservo.scenario.sampling.draws`.
+            :func:`~hydroservo.scenario.parameter_draws.draws`.
         draws: how many sets of such numbers there are, of which each episode takes one; one where nothing
             differs.
         error_weight: of the squared error.
@@ -167,3 +183,83 @@ def observed_signals(loop: Loop) -> list[str]:
     lacking = missing_signals(loop.sensors)
     measured = [f"controller.measured.{name}" for name in Measurement._fields if name not in lacking]
     return measured + [f"reference.{name}" for name in Demand._fields]
+
+
+class SignalSizes(NamedTuple):
+    """Sizes of signals.
+
+    Attributes:
+        signals: the largest absolute value of each in a run, 1 of its SI unit where it stays 0.
+        error: half of the range of the demand; its largest absolute value where it is constant.
+    """
+
+    signals: NDArray[np.float64]
+    error: float
+
+
+def signal_sizes(loop: Loop, paths: Sequence[str]) -> SignalSizes:
+    """The sizes of what is seen of a loop, from a run of it under its own law."""
+    at_samples = replace(loop, {"simulation.record_period": loop.simulation.period})
+    recorded = ["controller.u", "reference.value"]
+    data = quietly(simulate)(at_samples, record=recorded, metrics=[], strict=True)
+    commands, demand = (np.nan_to_num(data[path].to_numpy()) for path in recorded)
+    substeps = data.attrs.get("substeps", loop.simulation.substeps)
+    runs = SteppedRuns(replace(loop, {"simulation.substeps": substeps}), {}, 1)
+    first = np.zeros(1, dtype=np.int64)
+    runs.begin(first, sets=first, seeds=np.array([loop.simulation.seed]))
+    largest = np.zeros(len(paths))
+    for command in commands[:-1]:
+        largest = np.fmax(largest, [abs(runs[path].item()) for path in paths])
+        runs.advance(np.array([command]))
+    spread = 0.5 * float(np.ptp(demand)) or float(np.max(np.abs(demand)))
+    return SignalSizes(np.where(np.isfinite(largest) & (largest > 0.0), largest, 1.0), spread or 1.0)
+
+
+def environment_assembly(
+    source: str | Path | Loop,
+    changes: Mapping[str, object] | None,
+    plugins: Sequence[str | Path],
+    signal: str,
+) -> Assembly:
+    """The scenario of an environment."""
+    if isinstance(source, Loop):
+        for name, value in (("changes", changes), ("plugins", plugins)):
+            if value:
+                problem = "must be left out where scenario is a loop; pass it to load_scenario"
+                raise ParameterError(name, value, problem)
+        found = assembly_of_loop(source)
+    else:
+        found = assemble(source, changes, plugins)
+    meaning = found.loop.controls.declared().meaning
+    if meaning != signal:
+        name = "a loop" if isinstance(source, Loop) else str(source)
+        raise ParameterError("scenario", name, f"must control the {signal}; it controls the {meaning}")
+    return found
+
+
+def draw_parameter_sets(scenario: Assembly, vary: Ranges | None, draws: int) -> Columns:
+    """The sets of parameters that episodes have, by path in SI units; the scenario's seed says which.
+
+    What the scenario's uncertainty names deviates by one factor a set, drawn evenly from -1 to 1 times its
+    scale, so that numbers which go together stay together. What is to vary besides is drawn by itself.
+    """
+    own = checked_mapping("vary", {} if vary is None else vary, "paths to ranges")
+    whole_number("draws", draws, 1, MOST_DRAWS)
+    seed, wide = scenario.loop.simulation.seed, largest_deviations(scenario)
+    ranges = {path: relative(-abs(most), abs(most)) for path, most in wide.items() if path not in own}
+    together = uniform_numbers(seed, "uncertainty.scale", draws)
+    varied = variations(scenario, as_entries({**ranges, **own}))
+    values = {}
+    for one in varied:
+        share = uniform_numbers(seed, one.path, draws) if one.path in own else together
+        values[one.path], _ = draw_values(
+            one, share if one.path in own or wide[one.path] > 0.0 else 1.0 - share
+        )
+    return loop_parameters(scenario, varied, values)
+
+
+def largest_deviations(scenario: Assembly) -> dict[str, float]:
+    """How far a scenario's uncertainty leads each number from its nominal value, relative, where it does."""
+    said = {**scenario.truth.arguments, **scenario.truth.numbers}
+    found = {path: one.scale * one.relative for path, one in said.items() if isinstance(one, Deviation)}
+    return {path: most for path, most in found.items() if most != 0.0}

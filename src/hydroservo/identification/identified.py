@@ -29,8 +29,8 @@ from hydroservo.identification.segments import Understood, understood
 from hydroservo.identification.uncertainty import Uncertainty, identifiable, uncertainty
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.scenario.load import Assembly, MachineBlocks, assemble
+from hydroservo.scenario.parameter_draws import Variation, variations
 from hydroservo.scenario.ranges import as_entries, both_ends
-from hydroservo.scenario.sampling import Variation, variations
 from hydroservo.scenario.tables import TableEntry
 from hydroservo.work.cores import checked_count, single_threaded_algebra
 from hydroservo.work.notebook_bar import shows_progress

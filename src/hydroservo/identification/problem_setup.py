@@ -27,7 +27,7 @@ from hydroservo.runs.space import Space, latin_hypercube
 from hydroservo.scenario.datasheets import made_columns
 from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.other_tables import Deviation
-from hydroservo.scenario.sampling import Variation, loop_parameters
+from hydroservo.scenario.parameter_draws import Variation, loop_parameters
 
 FAR = 2.0  # times an uncertainty, up to which a number is sought
 TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ

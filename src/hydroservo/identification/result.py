@@ -19,9 +19,9 @@ from hydroservo.identification.problem import Problem
 from hydroservo.identification.search import Solution
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.uncertainty import Uncertainty
-from hydroservo.scenario.layers import builtin_texts, nest_changes
 from hydroservo.scenario.load import Assembly, MachineBlocks, assemble
 from hydroservo.scenario.other_tables import TrueValue
+from hydroservo.scenario.scenario_files import builtin_texts, nest_changes
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 

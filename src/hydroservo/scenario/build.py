@@ -14,13 +14,19 @@ from hydroservo.core.nearest import one_of
 from hydroservo.core.roles.saying import is_role
 from hydroservo.core.validation import allowed, checked, number
 from hydroservo.machine.plants.design_model import THIS_MACHINE, DesignModel
-from hydroservo.scenario.fits import argument_types, check_maker
 from hydroservo.scenario.fmus import FMU, KEYS, fmu_class, names_fmu, own_keys
-from hydroservo.scenario.keys import defaults
-from hydroservo.scenario.plugins import is_block_class, is_of_plugin
 from hydroservo.scenario.quantities import number_and_unit, si_value, unit_factor
 from hydroservo.scenario.records.series import axis_key, read_curve
-from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_role
+from hydroservo.scenario.registry import (
+    Maker,
+    defaults,
+    is_block_class,
+    is_of_plugin,
+    maker_in_role,
+    makers,
+    names_in_role,
+)
+from hydroservo.scenario.role_checks import argument_types, check_maker
 from hydroservo.scenario.tables import Layer, LayeredTable, TableEntry
 
 FULL, POINTS = "full", "points"
@@ -154,11 +160,7 @@ class Draft(NamedTuple):
     table: LayeredTable  # where they come from
 
     def made(self) -> Block:
-        """The block.
-
-        Raises:
-            ScenarioError: the arguments do not fit each other.
-        """
+        """The block."""
         values = {name: one.made() if isinstance(one, Draft) else one for name, one in self.members.items()}
         try:
             check_rated(self.members)
@@ -210,14 +212,7 @@ def check_rated(members: Mapping[str, Any]) -> None:
 def draft_block(
     hint: Any, default: Block | None, table: LayeredTable, context: Context | None = None
 ) -> Draft:
-    """The block that a table describes, before it is made.
-
-    Args:
-        hint: the annotation of the field it is for: a role, or a class of blocks.
-        default: the field's own block, whose values hold where the table has none; None if there is none.
-        table: the table.
-        context: what it is read with.
-    """
+    """The block that a table describes, before it is made."""
     context = context or Context()
     if names_fmu(hint, table):
         return draft_fmu(hint, default, table, context)

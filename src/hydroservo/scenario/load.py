@@ -20,9 +20,7 @@ from hydroservo.machine.plants.design_model import DesignModel
 from hydroservo.machine.valves.no_valve import NoValve
 from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
 from hydroservo.scenario.build import ConstructorArgument, Context, Draft, draft_block
-from hydroservo.scenario.fits import argument_types
 from hydroservo.scenario.fmus import names_fmu
-from hydroservo.scenario.layers import layered_table
 from hydroservo.scenario.other_tables import (
     Truth,
     full_scale_in,
@@ -33,10 +31,11 @@ from hydroservo.scenario.other_tables import (
     truth_of,
     write_out_start,
 )
-from hydroservo.scenario.plugins import load_plugin
-from hydroservo.scenario.registry import names_in_role
-from hydroservo.scenario.search import SearchSettings, tune_search
+from hydroservo.scenario.registry import load_plugin, names_in_role
+from hydroservo.scenario.role_checks import argument_types
+from hydroservo.scenario.scenario_files import layered_table
 from hydroservo.scenario.tables import LayeredTable, TableEntry
+from hydroservo.scenario.tune_table import SearchSettings, tune_search
 
 FIRST = ("plant", "valve", "supply", "drive", "load", "metrics", "controls", "start", "command")
 INSIDE: Mapping[str, Block] = {"valve": NoValve(), "supply": NoSupply(), "drive": ThroughFmu()}  # of an FMU
@@ -230,11 +229,7 @@ def believed_machine(machine: MachineBlocks, scenario: LayeredTable) -> DesignMo
 
 @contextmanager
 def errors_name_tables(scenario: LayeredTable) -> Iterator[None]:
-    """Errors of wiring are those of the table that they are about.
-
-    Raises:
-        ScenarioError: there was one.
-    """
+    """Errors of wiring are those of the table that they are about."""
     try:
         yield
     except ParameterError as error:

@@ -45,12 +45,7 @@ def write_out_layer(layer: Layer) -> Layer:
 
 
 def start_in(table: LayeredTable, loop: Loop) -> Block:
-    """The start that a table asks for.
-
-    Args:
-        table: ``type``, what that takes, and in ``given`` numbers of the state by their paths.
-        loop: the loop, wired.
-    """
+    """The start that a table asks for."""
     layers = (Layer(one.origin, {k: v for k, v in one.given.items() if k != GIVEN}) for one in table.layers)
     start = draft_block(Start, AsBuilt(), table._replace(layers=tuple(layers))).made()
     entries = dict(table.table(GIVEN).entries())
@@ -69,11 +64,7 @@ def start_in(table: LayeredTable, loop: Loop) -> Block:
 def metrics_in(table: LayeredTable, loop: Loop) -> Block:
     """The monitors that a table asks for: the usual ones, with those in it besides or in their place.
 
-    Args:
-        table: a table for each monitor, by a name of its own, with ``type`` and its parameters; one of a
-            usual monitor's name takes its type and its place. ``usual = false`` leaves the usual ones out.
-        loop: the loop.
-    """
+    One under a usual monitor's name takes its type and its place; ``usual = false`` leaves them out."""
     names = [name for name in table.names() if name != USUAL]
     if not table.names():
         return Usual()
@@ -158,11 +149,7 @@ class Deviation(NamedTuple):
     relative: float
 
     def of(self, path: str, nominal: float, field: Field) -> float:
-        """The nominal value times 1 + scale times the relative deviation.
-
-        Raises:
-            ScenarioError: there is none of an automatic value, or it is out of the field's range.
-        """
+        """The nominal value times 1 + scale times the relative deviation."""
         if nominal == field.auto:
             raise self.entry.error(f'deviates from {path} = "auto"; give that a value')
         value = nominal * (1.0 + self.scale * self.relative)

@@ -117,12 +117,7 @@ def cached_si_value(text: str, unit: str, scale: CommandScale) -> float:
 
 
 def number_and_unit(text: str, unit: str = "") -> tuple[Fraction, str]:
-    """The two parts of a quantity.
-
-    Args:
-        text: such as "0.25 V/mA".
-        unit: the SI unit that an example in the message has.
-    """
+    """The two parts of a quantity."""
     match = QUANTITY.fullmatch(text.strip()) if len(text) <= LONGEST else None
     if match is None:
         raise ValueError(f"is not a quantity such as '{EXAMPLES.get(unit, f'1.5 {unit}')}'")
@@ -133,12 +128,7 @@ def number_and_unit(text: str, unit: str = "") -> tuple[Fraction, str]:
 
 
 def unit_factor(text: str, unit: str | None) -> Fraction:
-    """How many of an SI unit one of the unit in a text is.
-
-    Args:
-        text: the unit; mA and % count as V where commands are in them.
-        unit: the SI unit; None for that of the text's own dimension.
-    """
+    """How many of an SI unit one of the unit in a text is."""
     return cached_unit_factor(text, unit, command_scale())
 
 

@@ -39,12 +39,7 @@ def relative(low: float, high: float) -> Relative:
 
 
 def as_entries(ranges: Mapping[str, object], name: str = "ranges") -> dict[str, TableEntry]:
-    """Ranges by path as if a file had given them.
-
-    Args:
-        ranges: two numbers, a :class:`Relative` or a text, by path.
-        name: of that file, as errors have it.
-    """
+    """Ranges by path as if a file had given them."""
     return {path: TableEntry(FileOrigin(name, Path()), path, value) for path, value in ranges.items()}
 
 
@@ -119,11 +114,7 @@ def parse_ends(entry: TableEntry, field: Field, nominal: float | None) -> tuple[
 
 
 def typed_scales(ranges: Iterable[tuple[TableEntry, str]]) -> dict[str, Scale]:
-    """The units in which ranges were typed, by SI unit; the first of each counts, and of temperatures none.
-
-    Args:
-        ranges: each with the SI unit of its number.
-    """
+    """The units in which ranges were typed, by SI unit: the first of each, and none of temperatures."""
     found: dict[str, Scale] = {}
     for entry, unit in ranges:
         typed = (

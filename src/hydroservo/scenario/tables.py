@@ -40,13 +40,7 @@ class TableEntry(NamedTuple):
         return ScenarioError(self.origin.name, self.key, f"{short(self.value)} {problem}")
 
     def unknown(self, wrong: str, right: Iterable[str], inside: Sequence[str] = ()) -> ScenarioError:
-        """An error about this value's key, ``wrong``, and what it might be instead.
-
-        Args:
-            wrong: the key.
-            right: those that its table takes.
-            inside: tables in that one which have it.
-        """
+        """An error about this value's key, ``wrong``, and what it might be instead."""
         problem = f"unknown key (value {short(self.value)}); it {one_of(wrong, right)}"
         if inside:
             problem += f"; {wrong} is in {' and '.join(inside)}"
@@ -107,11 +101,7 @@ class LayeredTable(NamedTuple):
                 yield prefix + name, entry
 
     def table(self, name: str) -> "LayeredTable":
-        """The nested table of a name; empty where there is none.
-
-        Raises:
-            ScenarioError: what is there is no table.
-        """
+        """The nested table of a name; empty where there is none."""
         key = self.key(name)
         layers = tuple(Layer(origin, given.get(name, {})) for origin, given in self.layers)
         for i, (origin, given) in enumerate(layers):
@@ -125,13 +115,6 @@ class LayeredTable(NamedTuple):
 
         In a law, a file that names another type takes nothing of what those below give: gains of one law mean
         nothing to another, even under the same name. What overrides the files keeps what both have.
-
-        Args:
-            default: the type where none is given; "" if there is none.
-            names: says which keys there are with the type that an entry names.
-
-        Raises:
-            ScenarioError: a layer gives a type that there is not, over other keys.
         """
         kept: list[Layer] = []
         present = default

@@ -21,9 +21,9 @@ from hydroservo.runs.arguments import checked_loops, checked_mapping
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.tuned import Tuned
 from hydroservo.runs.tuning import Progress, searched
-from hydroservo.scenario.layers import nest_changes
 from hydroservo.scenario.ranges import as_entries
-from hydroservo.scenario.task import TuningTask, task_of_aim, task_of_scenarios
+from hydroservo.scenario.scenario_files import nest_changes
+from hydroservo.scenario.tuning_task import TuningTask, task_of_aim, task_of_scenarios
 from hydroservo.work.cores import single_threaded_algebra
 from hydroservo.work.notebook_bar import shows_progress
 

@@ -7,12 +7,11 @@ from hydroservo.core.block import Block, declared_fields, field_at, is_block, le
 from hydroservo.core.errors import ScenarioError
 from hydroservo.core.nearest import nearest, one_of
 from hydroservo.scenario.build import Draft
-from hydroservo.scenario.layers import layered_table
 from hydroservo.scenario.load import Assembly, assemble
-from hydroservo.scenario.plugins import plugin_classes
-from hydroservo.scenario.registry import shipped_classes
-from hydroservo.scenario.search import searched_range
+from hydroservo.scenario.registry import plugin_classes, shipped_classes
+from hydroservo.scenario.scenario_files import layered_table
 from hydroservo.scenario.tables import LayeredTable, TableEntry
+from hydroservo.scenario.tune_table import searched_range
 from hydroservo.studies.asked import Law, Level, Study
 from hydroservo.studies.file import entry_value
 

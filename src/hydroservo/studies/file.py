@@ -9,8 +9,8 @@ from hydroservo.core import builtin
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.nearest import one_of
 from hydroservo.core.validation import whole_number
-from hydroservo.scenario.layers import layered_table, locate_source, named_source, nest_changes
 from hydroservo.scenario.quantities import si_value
+from hydroservo.scenario.scenario_files import layered_table, locate_source, named_source, nest_changes
 from hydroservo.scenario.tables import FileOrigin, Layer, LayeredTable, TableEntry, parse_toml
 from hydroservo.studies.asked import Axis, Conditions, Kind, Law, Level, ObserverChoice, Search, Study
 

@@ -17,7 +17,7 @@ from hydroservo.runs.cautions import quietly
 from hydroservo.runs.columns import SEED
 from hydroservo.runs.objective import is_possible, needed
 from hydroservo.scenario.load import Assembly
-from hydroservo.scenario.sampling import (
+from hydroservo.scenario.parameter_draws import (
     Variation,
     draw_values,
     loop_parameters,

@@ -15,8 +15,8 @@ from hydroservo.control.metrics import judged_by
 from hydroservo.core.block import Block
 from hydroservo.core.outputs import OutputError, staged
 from hydroservo.runs.fitting import signals_used
-from hydroservo.scenario.layers import nest_changes
 from hydroservo.scenario.load import MachineBlocks
+from hydroservo.scenario.scenario_files import nest_changes
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 from hydroservo.studies.asked import Kind, Law, Study

@@ -12,8 +12,7 @@ an answer to each question. On the command line, ``hydroservo check my_controlle
 inputs are drawn by hypothesis: ``pip install 'hydroservo[testing]'``.
 """
 
-from hydroservo.testing.asking import Answer, answers, check_block
-from hydroservo.testing.block_contract import BlockContract
 from hydroservo.testing.case import ContractError
+from hydroservo.testing.contract import Answer, BlockContract, answers, check_block
 
 __all__ = ["Answer", "BlockContract", "ContractError", "answers", "check_block"]

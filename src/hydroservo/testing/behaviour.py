@@ -13,8 +13,7 @@ from hydroservo.core.roles import Monitor, Sensors
 from hydroservo.engine.compiling import compiled
 from hydroservo.engine.native import CompileError
 from hydroservo.machine.sensors.missing import missing_signals
-from hydroservo.testing.bits import bits
-from hydroservo.testing.case import Case
+from hydroservo.testing.case import Case, bits
 from hydroservo.testing.drawing import ORDINARY, WIDE, arguments, random_blocks
 
 STEPS = 4

@@ -1,21 +1,32 @@
 """What is asked of: a block in a role, and what is said where it is not as it must be."""
 
+import math
 import re
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hydroservo.control.controlled import Velocity
 from hydroservo.control.wiring import with_model, with_signal
-from hydroservo.core.block import Block
+from hydroservo.core.block import Block, is_block, leaves
 from hydroservo.core.roles import Monitor
 from hydroservo.machine.plants import DesignModel
-from hydroservo.scenario.fits import class_line, declared_roles, possible_roles, role_methods, source_file
+from hydroservo.scenario.role_checks import (
+    class_line,
+    declared_roles,
+    possible_roles,
+    role_methods,
+    source_file,
+)
 from hydroservo.testing.examples import EXAMPLES, example
 
 PLAIN = {"declared", "simplified", "substeps_for", "trusted_rate"}  # methods of roles that only Python calls
 NAMED = re.compile(r"^(?P<file>.+?), line (?P<line>\d+), ")  # how translation names a place
+CANONICAL_NAN = struct.pack("<d", float("nan"))
 
 
 class ContractError(AssertionError):
@@ -54,13 +65,7 @@ class Case:
         return [name for name in role_methods(self.role) if name not in PLAIN]
 
     def error(self, problem: str, member: str = "", places: Sequence[tuple[str, int]] = ()) -> ContractError:
-        """What is wrong, at the line that the text names, or else of a field or method, or of the class.
-
-        Args:
-            problem: the text.
-            member: the field or method.
-            places: files and lines that it is about; the first in the class's file counts.
-        """
+        """What is wrong, at the line that the text names, or else of a field or method, or of the class."""
         named = NAMED.search(problem)
         if named is not None:
             places = [(named["file"], int(named["line"]))]
@@ -76,10 +81,6 @@ def case_of(block: Any, role: type | None = None) -> Case:
 
     A law that believes in the machine of its loop is asked with an example of a design model, and one that
     controls what its loop does with the velocity.
-
-    Args:
-        block: the block or its class.
-        role: in which it is asked; the one that it says, or whose methods it has, if None.
     """
     cls = block if isinstance(block, type) else type(block)
     asked = example_of(block) if isinstance(block, type) else block
@@ -115,3 +116,19 @@ def example_of(cls: Any) -> Block:
         raise ContractError(problem, class_line(cls, open_fields[0]))
     made: Block = cls()
     return made
+
+
+def bits(value: Any) -> Any:
+    """What makes a number, an array, a block or a state the same to the last bit; all nan are one."""
+    if is_block(value):
+        return type(value).__name__, tuple((path, bits(leaf)) for path, leaf in leaves(value))
+    if isinstance(value, np.ndarray):
+        return value.shape, value.dtype.str, value.tobytes()
+    if isinstance(value, float):
+        return CANONICAL_NAN if math.isnan(value) else struct.pack("<d", value)
+    return type(value), value
+
+
+def numbers_in_result(value: Any) -> list[float]:
+    """Every number in a result."""
+    return [number for _, number in leaves(value)] if is_block(value) else [value]

@@ -13,10 +13,9 @@ from hydroservo.core.roles import (
 )
 from hydroservo.core.validation import TEXT, checked
 from hydroservo.runs.returns import STATES
-from hydroservo.scenario.fits import ROLES, a_role, check_declared_roles, class_line, role_problem
+from hydroservo.scenario.role_checks import ROLES, a_role, check_declared_roles, class_line, role_problem
 from hydroservo.scenario.units import check_si
-from hydroservo.testing.bits import bits
-from hydroservo.testing.case import Case, ContractError
+from hydroservo.testing.case import Case, ContractError, bits
 
 
 def check_fits_role(case: Case) -> None:

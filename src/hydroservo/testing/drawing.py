@@ -33,21 +33,16 @@ from hydroservo.machine.plants import DesignModel
 from hydroservo.machine.supplies import ReliefValve
 from hydroservo.machine.valves import Orifice
 from hydroservo.runs.run import ready
-from hydroservo.scenario.fits import role_methods
+from hydroservo.scenario.role_checks import role_methods
 from hydroservo.testing.examples import example
-from hydroservo.testing.places import watched_loop
+from hydroservo.testing.loops import watched_loop
 
 
 class Spread(NamedTuple):
-    """How far from a block's defaults its parameters may be.
+    """How far from a block's defaults its parameters may be."""
 
-    Attributes:
-        decades: number of powers of ten to either side.
-        margin: share of a range bounded at both sides that is left out at each end.
-    """
-
-    decades: float
-    margin: float
+    decades: float  # number of powers of ten to either side
+    margin: float  # share of a range bounded at both sides that is left out at each end
 
 
 MANY = 50  # numbers of a nested block or of a state
@@ -222,15 +217,7 @@ MADE: dict[str, Callable[[Spread], SearchStrategy[Any]]] = {
 
 @st.composite
 def arguments(draw: Any, block: Block, role: type, name: str, ordinary: bool) -> list[Any]:
-    """Arguments of a block's method: ordinary ones, or any that a 64-bit float can be.
-
-    Args:
-        draw: given by hypothesis.
-        block: whose state they hold.
-        role: whose method it is.
-        name: of the method.
-        ordinary: of a size that is met with, and finite.
-    """
+    """Arguments of a block's method: ordinary ones, or any that a 64-bit float can be."""
     own = ("m" if role is Monitor else "s") if "init" in role_methods(role) else None
     rows = []
     for wanted in role_methods(role)[name][1:]:

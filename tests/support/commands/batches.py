@@ -7,7 +7,7 @@ from hydroservo.cli.options import parse_ranges, replay_command
 from hydroservo.core.block import replace
 from hydroservo.scenario import load_scenario, parse_override
 from hydroservo.scenario.load import assemble
-from hydroservo.scenario.sampling import Drawn, draw_runs, variations
+from hydroservo.scenario.parameter_draws import Drawn, draw_runs, variations
 
 NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
 

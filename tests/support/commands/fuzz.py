@@ -52,7 +52,7 @@ def outcome(number: int) -> dict[str, Any]:
 
 def called(one: Case) -> tuple[Any, str, str, float]:
     """The exit status, stdout, stderr and seconds of a command."""
-    from hydroservo.cli.app import app
+    from hydroservo.cli.commands import app
 
     out, err = io.StringIO(), io.StringIO()
     start = time.monotonic()

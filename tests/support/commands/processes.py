@@ -57,7 +57,7 @@ def on_terminal(stream, *args):
     import pty
 
     master, slave = pty.openpty()
-    code = "from hydroservo.cli import main, progress; progress.PATIENCE = 0.0; main()"
+    code = "from hydroservo.cli import main, messages; messages.PATIENCE = 0.0; main()"
     environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "60"}
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | {stream: slave}
     running = subprocess.Popen([sys.executable, "-c", code, *args], env=environment, text=True, **streams)

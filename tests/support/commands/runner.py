@@ -2,7 +2,7 @@
 
 from typer.testing import CliRunner
 
-from hydroservo.cli.app import app
+from hydroservo.cli.commands import app
 
 SHORT = ("--set", "simulation.duration=0.02")  # s; 2000 samples
 QUICK = (*SHORT, "--interpreted")

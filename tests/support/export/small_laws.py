@@ -10,7 +10,7 @@ from hydroservo.engine.compiling import compiled
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
-from hydroservo.testing.bits import bits
+from hydroservo.testing.case import bits
 from hydroservo.testing.examples import example
 from tools.targets.host import library
 

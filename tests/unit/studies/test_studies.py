@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 import hydroservo as hs
-from hydroservo.cli.app import app
+from hydroservo.cli.commands import app
 from hydroservo.studies.cells import entrants_of, units_of
 from hydroservo.studies.file import read_study
 from hydroservo.studies.report.findings import findings

@@ -20,8 +20,8 @@ from hydroservo.identification.maps.result import Found, Interval, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow
 from hydroservo.identification.result import Estimate, tables_or_remark
 from hydroservo.identification.segments import Understood
-from hydroservo.scenario.layers import nest_changes
 from hydroservo.scenario.load import Assembly, assemble
+from hydroservo.scenario.scenario_files import nest_changes
 
 
 class Kind(StrEnum):

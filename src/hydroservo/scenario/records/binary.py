@@ -41,19 +41,12 @@ ADVICE = "; save each signal as a vector, such as t = ts.Time; x = ts.Data; save
 
 
 class BinaryTable(NamedTuple):
-    """The columns of a file, of which nothing was read yet.
+    """The columns of a file, of which nothing was read yet."""
 
-    Attributes:
-        headers: of the columns.
-        counts: how many samples each has.
-        read: what gives some of them, by their places.
-        others: what else is in the file.
-    """
-
-    headers: Sequence[Header]
-    counts: Sequence[int]
-    read: Callable[[Sequence[int]], Sequence[NDArray[Any]]]
-    others: Sequence[str] = ()
+    headers: Sequence[Header]  # of the columns
+    counts: Sequence[int]  # how many samples each has
+    read: Callable[[Sequence[int]], Sequence[NDArray[Any]]]  # what gives some of them, by their places
+    others: Sequence[str] = ()  # what else is in the file
 
 
 def read_binary_columns(path: Path, choose: Choose, largest: int, *, gaps: bool) -> RecordedColumns:

@@ -62,15 +62,7 @@ def filled_cells(row: Sequence[str]) -> int:
 def numbered_rows(
     lines: Iterable[tuple[int, str]], delimiter: str, columns: int, fewest: int, name: str
 ) -> Iterator[tuple[int, list[str]]]:
-    """The rows with the number of their line, each with as many cells as there are columns.
-
-    Args:
-        lines: and their numbers; comments among them are left out.
-        delimiter: what separates their cells.
-        columns: that the header has.
-        fewest: cells that a row may have, as the first one does; what it lacks at its end is empty.
-        name: the file that an error names.
-    """
+    """The rows with the number of their line, each with as many cells as there are columns."""
     number = 0
 
     def cells() -> Iterator[str]:

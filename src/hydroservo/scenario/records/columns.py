@@ -31,21 +31,13 @@ FORCES = {("N", "lb"): "lbf", ("N", "lbs"): "lbf", ("N", "kg"): "kgf"}  # units 
 
 
 class Header(NamedTuple):
-    """What a file says of a column.
+    """What a file says of a column."""
 
-    Attributes:
-        text: as the file has it, such as "velocity [mm/s]".
-        name: without the unit.
-        place: the number of the column, from 0 on.
-        unit: "" if none is given.
-        clock: its cells are dates or times of day.
-    """
-
-    text: str
-    name: str
-    place: int
-    unit: str = ""
-    clock: bool = False
+    text: str  # as the file has it, such as "velocity [mm/s]"
+    name: str  # without the unit
+    place: int  # the number of the column, from 0 on
+    unit: str = ""  # "" if none is given
+    clock: bool = False  # its cells are dates or times of day
 
 
 def header_of(text: str, place: int, unit: str = "", clock: bool = False) -> Header:
@@ -114,21 +106,13 @@ class ColumnSource(NamedTuple):
 
 
 class RecordColumn(NamedTuple):
-    """A column of a record: the signal is ``factor`` times its numbers plus ``offset``.
+    """A column of a record: the signal is ``factor`` times its numbers plus ``offset``."""
 
-    Attributes:
-        signal: what it holds.
-        header: as the file has it.
-        unit: of its numbers; "" where no one says it.
-        factor: SI units per unit of its numbers.
-        offset: in SI units.
-    """
-
-    signal: str
-    header: Header
-    unit: str = ""
-    factor: Fraction = Fraction(1)
-    offset: float = 0.0
+    signal: str  # what it holds
+    header: Header  # as the file has it
+    unit: str = ""  # of its numbers; "" where no one says it
+    factor: Fraction = Fraction(1)  # SI units per unit of its numbers
+    offset: float = 0.0  # in SI units
 
     def in_si(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Numbers of the column in SI units.
@@ -154,11 +138,7 @@ class RecordedColumns(NamedTuple):
 
 
 def column_source(value: Any) -> ColumnSource:
-    """What a name of a column, or a table ``{ column = "I [mA]", scale = "0.25 V/mA" }``, says.
-
-    Raises:
-        ValueError: it is neither; the message says what is wrong with it.
-    """
+    """What a name of a column, or a table ``{ column = "I [mA]", scale = "0.25 V/mA" }``, says."""
     if isinstance(value, str):
         return ColumnSource(value)
     if not isinstance(value, Mapping):
@@ -179,17 +159,7 @@ def choose_columns(
     signals: Mapping[str, tuple[Field, Sequence[str]]],
     where: tuple[str, str],
 ) -> list[RecordColumn]:
-    """The columns that hold signals.
-
-    Args:
-        headers: of all columns.
-        sources: what the user says of the columns of signals.
-        signals: that are sought, with the usual names of their columns.
-        where: the file, and the place in it where the headers stand.
-
-    Raises:
-        ScenarioError: a column that the user names is missing, or one appears twice or has another unit.
-    """
+    """The columns that hold signals."""
     columns = []
     for signal, (field, usual) in signals.items():
         source = sources.get(signal, ColumnSource())

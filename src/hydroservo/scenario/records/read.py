@@ -59,23 +59,14 @@ class TextTable(NamedTuple):
 
 
 class TextLayout(NamedTuple):
-    """How a text may be laid out.
+    """How a text may be laid out."""
 
-    Attributes:
-        delimiter: what separates its cells.
-        line: the number of the header's line.
-        names: the cells of the header.
-        units: those of the line of units below it, if there is one.
-        start: how many lines stand before the rows.
-        rank: 2 if rows of numbers follow, 1 if the next line is as wide, else 0.
-    """
-
-    delimiter: str
-    line: int
-    names: Sequence[str]
-    units: Sequence[str]
-    start: int
-    rank: int
+    delimiter: str  # what separates its cells
+    line: int  # the number of the header's line
+    names: Sequence[str]  # the cells of the header
+    units: Sequence[str]  # those of the line of units below it, if there is one
+    start: int  # how many lines stand before the rows
+    rank: int  # 2 if rows of numbers follow, 1 if the next line is as wide, else 0
 
 
 def text_table(path: Path, largest: int, fewest: int = 2) -> TextTable:
@@ -267,13 +258,6 @@ def read_text_columns(
     """The chosen columns of a file of text, in its units.
 
     Rows in which all of them are empty count for nothing.
-
-    Args:
-        path: of the file.
-        choose: the columns.
-        largest: how many bytes it may have.
-        gaps: a cell but that of an instant may be empty or nan, and rows may lack; else all are numbers.
-        fewest: columns that it must have.
     """
     table = text_table(path, largest, fewest)
     columns = choose(table.headers, table.place)

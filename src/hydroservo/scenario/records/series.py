@@ -34,16 +34,7 @@ NUMBERS = ("period", "offset")  # which may be numbers, in SI units
 
 
 def read_curve(table: LayeredTable, field: Field | None) -> TimeSeries:
-    """The curve that a table ``{file = "demand.csv", column = "v", time = "t"}`` names.
-
-    Args:
-        table: the table.
-        field: the declaration of the curve, which may be over something else than time: the key of that
-            column is ``over`` then. None where there is none: units are those of the file.
-
-    Raises:
-        ScenarioError: the table or the file is not what it must be.
-    """
+    """The curve that a table ``{file = "demand.csv", column = "v", time = "t"}`` names."""
     axis, keys = axis_key(field), curve_keys(field)
     for name in table.names():
         if name not in keys:

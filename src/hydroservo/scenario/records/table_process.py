@@ -31,21 +31,13 @@ ASKED: Queue[str] = Queue(1)
 
 
 class FileColumn(NamedTuple):
-    """A column of a file.
+    """A column of a file."""
 
-    Attributes:
-        name: what it is called.
-        unit: "" where the file has none.
-        samples: how many it has.
-        read: what reads them.
-        dates: whether they are dates.
-    """
-
-    name: str
-    unit: str
-    samples: int
-    read: Callable[[], Any]
-    dates: bool = False
+    name: str  # what it is called
+    unit: str  # "" where the file has none
+    samples: int  # how many it has
+    read: Callable[[], Any]  # what reads them
+    dates: bool = False  # whether they are dates
 
 
 class FileTable(NamedTuple):

@@ -12,9 +12,9 @@ from hydroservo.core.field import declared_fields
 from hydroservo.core.validation import number
 from hydroservo.linear.bounds import Bounds
 from hydroservo.runs.aims import checked_effort, checked_weights, checked_whole, finite_numbers, metric_field
-from hydroservo.scenario.layers import named_source
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.ranges import both_ends, check_path
+from hydroservo.scenario.scenario_files import named_source
 from hydroservo.scenario.tables import LayeredTable, TableEntry
 
 SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given

@@ -1,6 +1,7 @@
-"""The command that shows a scenario in frequency."""
+"""The command that asks whether a loop is what its law assumes."""
 
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -26,10 +27,128 @@ from hydroservo.core.errors import ParameterError
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydroservo.cli.progress import Report
+    from hydroservo.cli.messages import Report
+    from hydroservo.linear import Linearization
+    from hydroservo.linear.textbook import Textbook
     from hydroservo.show import Finding
 
+
 VALUES = 5  # of a range, evenly
+
+
+@with_output()
+def audit_command(scenario: Scenario, changes: Changes, plugins: Plugins, answer: CommandOutput) -> None:
+    """Check what a scenario's law assumes, whether its loop oscillates and why, and predict its chatter.
+
+    Each assumption has a margin, the factor by which it holds: bounds on disturbances, the sample rate, the
+    valve's lag, noise, limits. Those measured on a run say when it was worst. Where that run oscillates to
+    its end, it goes on without each possible cause in turn, and what ends the oscillation is named. Chatter
+    is predicted by harmonic balance, without a run. With --out it also writes a report (report.html, its
+    tables as CSV and LaTeX in tables), a picture of the margins (margins.png, margins.svg) and the numbers
+    (metrics.json).
+
+    Examples:
+
+    - `hydroservo audit paper/sine-tsmc`
+    - `hydroservo audit rig/1khz-tsmc-sine --set valve.time_constant=4ms --out audit`
+    """
+    from hydroservo.audits import audit
+    from hydroservo.audits.finding import audit_finding
+
+    loop = load_loop(scenario, changes, plugins)
+    answer(scenario, lambda _: audit(loop), partial(audit_finding, scenario=scenario))
+
+
+@with_output()
+def limit_command(scenario: Scenario, changes: Changes, plugins: Plugins, answer: CommandOutput) -> None:
+    """Show how close a scenario's law comes to the best that any command could do.
+
+    The commands with the least rms error are found by optimal control of the same machine, at the same
+    sample rate and within the limits of the command, and played back: where all is known in advance
+    (clairvoyant), and where jumps of demand and load are known only once they are there (causal). That takes
+    from seconds to minutes. With --out it also writes a report (report.html, its tables as CSV and LaTeX in
+    tables), a picture of the three runs (limit.png, limit.svg), the trajectory of each (law.csv, causal.csv,
+    clairvoyant.csv) and the numbers (metrics.json).
+
+    Examples:
+
+    - `hydroservo limit rig/1khz-pi-square`
+    - `hydroservo limit rig/1khz-pi-square --set valve.time_constant='5 ms' --out limit`
+    """
+    from hydroservo.limits import limit
+    from hydroservo.limits.finding import MEANINGS, limits_finding
+    from hydroservo.runs.run import trace_size
+
+    loop = load_loop(scenario, changes, plugins)
+    answer(
+        scenario,
+        lambda report: limit(loop, progress=lambda fraction: report(fraction, scenario)),
+        partial(limits_finding, scenario=scenario),
+        size=len(MEANINGS) * trace_size(loop) if answer.folder else 0,
+    )
+
+
+class LinearizedPart(StrEnum):
+    """What of a loop is linearised."""
+
+    MACHINE = "machine"
+    CONTROLLER = "controller"
+    LOOP = "loop"
+
+
+@with_output()
+def linearize_command(
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    *,
+    unit: Annotated[
+        LinearizedPart, typer.Option("--unit", help="What to linearise.")
+    ] = LinearizedPart.MACHINE,
+    command: CommandAt = None,
+    force: Force = None,
+    at: Annotated[
+        str | None,
+        typer.Option(
+            "--at", metavar="TIME", help="Linearise at this instant of the run, settled or not: `0.5s`."
+        ),
+    ] = None,
+    sampled: Annotated[
+        bool,
+        typer.Option(
+            "--sampled", help="The machine from sample to sample, behind the loop's hold and delay."
+        ),
+    ] = False,
+    answer: CommandOutput,
+) -> None:
+    """Linearise a scenario's machine, its controller or the whole loop, about a point.
+
+    The point is where the machine has settled under a command and a load, or an instant of the run. It prints
+    poles, natural frequencies and damping, beside what a textbook's formulas say of the oil's spring; with
+    --json the matrices too. Slopes are exact; where a kink leaves none it says so, and how much they may be
+    off. With --out it also writes a report (report.html, its tables as CSV and LaTeX in tables), a picture of
+    the poles (poles.png, poles.svg) and the matrices (metrics.json).
+
+    Examples:
+
+    - `hydroservo linearize axis/force`
+    - `hydroservo linearize rig/1khz-pi-sine --unit loop --command 0.1V --load 200N --json`
+    - `hydroservo linearize rig/1khz-tsmc-sine --set plant.bulk_modulus=9000bar --at 0.25s --out model`
+    """
+    from hydroservo.linear.linearization_finding import linearization_finding
+    from hydroservo.linear.linearize import linearized, point_of
+    from hydroservo.linear.textbook import textbook
+
+    loop = load_loop(scenario, changes, plugins)
+    at_command, at_force = parse_quantity("--command", command, "V"), parse_quantity("--load", force, "N")
+    time = parse_quantity("--at", at, "s")
+
+    def ask(_: object) -> "tuple[Linearization, Textbook | None]":
+        point = point_of(loop, unit.value, at_command, at_force, time)
+        model = linearized(point, unit.value, sampled=sampled)._replace(loop=loop)
+        return model, textbook(point) if unit is LinearizedPart.MACHINE else None
+
+    answer(scenario, ask, lambda found: linearization_finding(found[0], scenario, found[1]))
 
 
 class ExcitationOption(StrEnum):
@@ -114,7 +233,7 @@ def bode_command(
     from hydroservo.linear.bode_finding import bode_finding
     from hydroservo.runs.provenance import origin_of_loop
     from hydroservo.scenario import parse_override
-    from hydroservo.scenario.sampling import loops_over
+    from hydroservo.scenario.parameter_draws import loops_over
 
     if len(vary) > 1:
         raise ParameterError(VARY, ", ".join(vary), "must be one number: five values of it are a picture")

@@ -5,9 +5,17 @@ from typing import Annotated
 
 import typer
 
-from hydroservo.cli.completion import studies_like
-from hydroservo.cli.options import DecimalComma, FigureFormat, Json, Plugins, check_one_place, list_option
-from hydroservo.cli.places import WHERE, folder_at
+from hydroservo.cli.options import (
+    WHERE,
+    DecimalComma,
+    FigureFormat,
+    Json,
+    Plugins,
+    check_one_place,
+    folder_at,
+    list_option,
+    studies_like,
+)
 
 
 def study_command(
@@ -73,8 +81,7 @@ def study_command(
     """
     from hydroservo.cli.frame import repeat_command, try_outputs
     from hydroservo.cli.interrupts import acknowledge_interrupt
-    from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.remarks import say_warning
+    from hydroservo.cli.messages import progress_bar, say_warning
     from hydroservo.scenario import parse_override
     from hydroservo.show.journal import journal_of
     from hydroservo.show.numbers import as_json
@@ -116,3 +123,36 @@ def study_command(
     else:
         show_finding(finding)
         typer.echo(f"written: {page}")
+
+
+def paper_command(
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out", metavar="DIR", parser=folder_at, help=f"Write the report to this folder. {WHERE}"
+        ),
+    ] = Path("hydroservo-paper"),
+) -> None:
+    """Reproduce the terminal sliding mode study of doi:10.1007/s42401-021-00087-w and judge its claims.
+
+    It leaves the figures (PNG, SVG), the metrics (CSV, JSON), the trajectories and a report (report.html)
+    that opens in any browser, offline.
+    """
+    from hydroservo.cli.frame import try_outputs, write_or_keep
+    from hydroservo.cli.messages import progress_bar
+    from hydroservo.papers.tsmc_eha_2021.report.folder import report_files, write_report
+    from hydroservo.papers.tsmc_eha_2021.report.tables import verdict_table
+    from hydroservo.papers.tsmc_eha_2021.study import run_study
+    from hydroservo.show.terminal import show_table
+
+    try_outputs(report_files(out))
+    with progress_bar("preparing") as report:
+
+        def progress(done: int, total: int, what: str) -> None:
+            report(done / total, what)
+
+        study = run_study(progress)
+        left = write_or_keep(out, lambda place: [write_report(study, place, progress)])
+    show_table(verdict_table(study.verdicts))
+    left.check()
+    typer.echo(f"report: {left.files[0]}")

@@ -115,11 +115,7 @@ def takes_count(method: FunctionType, count: int) -> bool:
 
 @cache
 def check_maker(maker: Any) -> None:
-    """Refuse an argument declared in another unit than SI's, as text, or with a default that is not allowed.
-
-    Args:
-        maker: a block's class, or a classmethod of it whose arguments are declared as fields.
-    """
+    """Refuse an argument that is text, is not declared in SI, or has a default that is not allowed."""
     cls = maker if isinstance(maker, type) else maker.__self__
     fields, kinds = declared_fields(maker), argument_types(maker)
     for name, parameter in inspect.signature(maker).parameters.items():

@@ -4,17 +4,16 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
-from hydroservo.app.failures import failure_on_page, problem_in_own_unit
-from hydroservo.app.form import number_entry
+from hydroservo.app.form import failure_on_page, number_entry, problem_in_own_unit
 from hydroservo.app.source import Source, checked_changes
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import ScenarioError, short
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.scenario import Assembly, assemble, scenarios
 from hydroservo.scenario.build import Draft, maker_named
-from hydroservo.scenario.fits import argument_types
-from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.quantities import si_value
+from hydroservo.scenario.registry import defaults
+from hydroservo.scenario.role_checks import argument_types
 from hydroservo.scenario.tables import FileOrigin, TableEntry
 
 MOST_TRIES = 12
@@ -36,13 +35,7 @@ class Retyped(NamedTuple):
 
 
 def retype(source: Source, path: str, wanted: str) -> Retyped:
-    """The changes of a scenario with another type for the block at a path.
-
-    Args:
-        source: the scenario.
-        path: of a block, such as ``controller``.
-        wanted: its type.
-    """
+    """The changes of a scenario with another type for the block at a path."""
     kept = {key: value for key, value in source.changes.items() if not key.startswith(f"{path}.")}
     bare = {**kept, f"{path}.type": wanted}
     try:
@@ -65,13 +58,7 @@ def retype(source: Source, path: str, wanted: str) -> Retyped:
 
 
 def complete_retyped(source: Source, found: Retyped, given: Mapping[str, object]) -> Retyped:
-    """The changes of another type with the numbers that it asked for.
-
-    Args:
-        source: the scenario.
-        found: what :func:`retype` returned.
-        given: those numbers, by path.
-    """
+    """The changes of another type with the numbers that it asked for."""
     entries = {one["path"]: one for one in found.missing}
     changes = dict(checked_changes({**found.changes, **{path: given.get(path, "") for path in entries}}))
     try:

@@ -1,20 +1,25 @@
-"""How a command fails: one line on stderr and an exit status, never a traceback for what a user can mend."""
+"""All commands, each imported once it is asked for; what one raises becomes a line and an exit status."""
 
 import os
 import shlex
 import sys
 import warnings
+from collections import UserDict
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache, partial
 from itertools import pairwise
+from pkgutil import resolve_name
 from traceback import walk_tb
-from typing import Any, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
+from typer.main import get_group
 
+from hydroservo._version import __version__
 from hydroservo.cli.interrupts import INTERRUPTED, acknowledge_interrupt
-from hydroservo.cli.remarks import SAID
+from hydroservo.cli.messages import SAID
 from hydroservo.core.command_scale import commands_in
 from hydroservo.core.errors import (
     HydroservoError,
@@ -27,13 +32,55 @@ from hydroservo.core.errors import (
     system_problem,
 )
 
+PLACES = {  # in the order of the help
+    "run": "run:run_command",
+    "compare": "run:compare_command",
+    "batch": "batch:batch_command",
+    "tune": "tune:tune_command",
+    "study": "studies:study_command",
+    "limit": "analysis:limit_command",
+    "linearize": "analysis:linearize_command",
+    "bode": "analysis:bode_command",
+    "identify": "identify:identify_command",
+    "map": "identify:map_command",
+    "log": "identify:log_command",
+    "check": "check:check_command",
+    "audit": "analysis:audit_command",
+    "describe": "listings:describe_command",
+    "schema": "listings:schema_command",
+    "app": "run:app_command",
+    "paper": "studies:paper_command",
+    "scenarios": "listings:scenarios_app",
+    "studies": "listings:studies_app",
+    "export": "export:export_app",
+}
 USER_ERROR, DEFECT = 2, 1
 TRACEBACK = "HYDROSERVO_TRACEBACK"  # in the environment: what is unexpected is shown whole
 UsageError: Any = typer.BadParameter.__base__  # click's, or that of typer's own copy of click
 
 
+class LateCommands(UserDict[str, Any]):
+    """Commands by name, each imported once it is asked for."""
+
+    def __getitem__(self, name: str) -> Any:
+        return command_of(name, self.data[name])
+
+
+@cache
+def command_of(name: str, place: str) -> Any:
+    """The command that a function is, or a group of some."""
+    found, holder = resolve_name(f"hydroservo.cli.{place}"), typer.Typer(rich_markup_mode="markdown")
+    add = partial(holder.add_typer, name=name) if isinstance(found, typer.Typer) else holder.command(name)
+    add(found)
+    return get_group(holder).commands[name]
+
+
 class Commands(TyperGroup):
     """The commands, with what they raise turned into a message and an exit status."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.commands = LateCommands(PLACES)
 
     def main(self, args: Sequence[str] | None = None, *others: Any, **options: Any) -> NoReturn:
         try:
@@ -147,3 +194,31 @@ def usage_problem(error: Any) -> str:
     else:
         text = error.format_message().removesuffix(".").replace(": Value error, ", ": ")
     return clipped(one_line(f"{text[:1].lower()}{text[1:]}"), 1000) + f" (see {path} --help)"
+
+
+app = typer.Typer(
+    cls=Commands,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"hydroservo {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def main_options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=print_version, is_eager=True, help="Print the version and exit."),
+    ] = False,
+) -> None:
+    """Simulate servo-hydraulic axes, and tune, compare and export their controllers.
+
+    Start with `hydroservo scenarios` and `hydroservo run paper/sine-tsmc`.
+    """

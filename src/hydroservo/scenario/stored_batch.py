@@ -6,6 +6,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
 from hydroservo.core.block import replace
 from hydroservo.core.errors import HydroservoError, short
 from hydroservo.core.validation import checked
@@ -23,7 +29,7 @@ from hydroservo.runs.run import complete, plan_of, ready
 from hydroservo.runs.step_sizes import hardest
 from hydroservo.scenario.build import ConstructorArgument
 from hydroservo.scenario.load import Assembly
-from hydroservo.scenario.sampling import Columns, Drawn, Variation, check_size, draw_runs, drawn_ranges
+from hydroservo.scenario.parameter_draws import Columns, Drawn, Variation, check_size, draw_runs, drawn_ranges
 from hydroservo.show.numbers import as_json
 from hydroservo.work.doing import do
 from hydroservo.work.store import PARTS, Store, manifest_in
@@ -31,7 +37,7 @@ from hydroservo.work.unit import Say, Unit, address
 
 if TYPE_CHECKING:
     import pyarrow as pa
-    import xarray as xr
+
 
 MANIFEST = "batch.json"
 STEPS = 10**8  # integration steps of a part: some seconds of a core
@@ -62,7 +68,7 @@ class StoredBatch(NamedTuple):
         computed: how many runs were not there before.
     """
 
-    table: Any  # a dataset of xarray, which is heavy to import
+    table: xr.Dataset
     computed: int
 
 
@@ -146,7 +152,6 @@ def simulate_in_parts(
     do(units, store, workers=workers.processes, scheduler=workers.scheduler, progress=progress, say=say)
     drawn = {"drawn_with_seed": sampled.seed, "varied": as_json(sampled.ranges(runs))}
     attrs = provenance(loop, asked) | about | drawn
-    from hydroservo.scenario.columns_on_disk import table_on_disk
 
     table = table_on_disk(store, [unit.key for unit in units], "run", runs, attrs)
     lines = [*check_records(loop), *loop_cautions(loop), pressure_caution(table)]
@@ -234,8 +239,8 @@ def open_batch_store(folder: Path, content: Mapping[str, Any]) -> Store:
 
 
 def table_of_runs(
-    found: "xr.Dataset", drawn: Drawn, seed: int, arguments: Mapping[str, ConstructorArgument]
-) -> "xr.Dataset":
+    found: xr.Dataset, drawn: Drawn, seed: int, arguments: Mapping[str, ConstructorArgument]
+) -> xr.Dataset:
     """The table of a batch, with all that it takes to run each of its runs again."""
     deviations = {
         f"uncertainty.{path}": ("run", column, {"units": "", "long_name": f"relative deviation of {path}"})
@@ -250,3 +255,54 @@ def table_of_runs(
     about = {"drawn_with_seed": seed, "varied": as_json(drawn.ranges)}
     table = found.drop_vars(made).assign(taken | deviations).assign_attrs(about)
     return table[[*drawn.values, *deviations, *(name for name in found if name not in drawn.parameters)]]
+
+
+def table_on_disk(
+    store: Store, keys: Sequence[str], index: str, rows: int, about: Mapping[str, Any]
+) -> xr.Dataset:
+    """The parts of a store as one table, of which nothing is in memory.
+
+    Each use of a column reads it anew: memory holds what is in use.
+    """
+    schema = store.read(keys[0]).schema
+    columns = {
+        field.name: xr.Variable(
+            (index,),
+            indexing.LazilyIndexedArray(StoredColumn(store, keys, field.name, rows, numpy_kind(field.type))),
+            decode_metadata(field.metadata),
+        )
+        for field in schema
+        if field.name != index
+    }
+    return xr.Dataset(columns, attrs=dict(about))
+
+
+class StoredColumn(BackendArray):
+    """A column of a store's parts, as xarray reads what is on disk."""
+
+    def __init__(
+        self, store: Store, keys: Sequence[str], name: str, rows: int, kind: "np.dtype[Any]"
+    ) -> None:
+        self.store, self.keys, self.name = store, keys, name
+        self.shape, self.dtype = (rows,), kind
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.VECTORIZED, self.rows
+        )
+
+    def rows(self, key: Any) -> NDArray[Any]:
+        """Some rows of it."""
+        found = self.store.table(self.keys, [self.name]).column(self.name).to_numpy()
+        chosen: NDArray[Any] = found.astype(self.dtype, copy=False)[key]
+        return chosen
+
+
+def numpy_kind(arrow: Any) -> "np.dtype[Any]":
+    """Which numpy type a column of Arrow is read as."""
+    kind: np.dtype[Any] = np.dtype(arrow.to_pandas_dtype())
+    return kind
+
+
+def decode_metadata(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
+    return {name.decode(): text.decode() for name, text in (metadata or {}).items()}

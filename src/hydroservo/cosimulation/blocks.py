@@ -3,15 +3,18 @@
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hydroservo.core.block import Block, declared_fields
+from hydroservo.core.block import Block, Field, declared_fields
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import OPEN
-from hydroservo.core.roles import Drive, Plant, Supply, role, valveless
+from hydroservo.core.roles import Drive, Load, Plant, Supply, role, valveless
 from hydroservo.core.signals import Feed, MachineOutputs, PortFlows, Pressures
-from hydroservo.cosimulation.load import STEP
+from hydroservo.core.sources import CHOSEN
 
 MACHINE_INPUTS = {"command": "V", "external_force": "N"}
 MACHINE_OUTPUTS = {name: field.unit for name, field in declared_fields(MachineOutputs).items()}
+STEP = Field("s", "communication step; automatic: the sample period", CHOSEN, above=0, auto=OPEN)
+LOAD_INPUTS = {"position": "m", "velocity": "m/s"}
+LOAD_OUTPUTS = {"force": "N"}
 
 
 class NoNominal(NamedTuple):
@@ -56,11 +59,7 @@ class ForeignMachine(NamedTuple):
         return s
 
     def simplified(self) -> Any:
-        """What laws take it for.
-
-        Raises:
-            ParameterError: nothing says that.
-        """
+        """What laws take it for."""
         if not hasattr(self.nominal, "simplified"):
             problem = "must be a cylinder that the law can take the FMU for, such as [plant.nominal]"
             raise ParameterError("plant.nominal", type(self.nominal).__name__, problem)
@@ -89,11 +88,7 @@ class NoSupply(NamedTuple):
         return Pressures(0.0, 0.0)
 
     def simplified(self) -> Block:
-        """What laws take it for.
-
-        Raises:
-            ParameterError: nothing says that.
-        """
+        """What laws take it for."""
         raise ParameterError("supply", "NoSupply", "must be given for the controller's model of the machine")
 
 
@@ -123,3 +118,29 @@ class ThroughFmu(NamedTuple):
         self, s: ThroughFmuState, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float
     ) -> float:
         return math.nan
+
+
+@role(Load)
+class ForeignLoad(NamedTuple):
+    """F_L = what an FMU answers to the rod's position and velocity, positive against motion.
+
+    At each communication t_i it is given both, and answers F(t_i); that is held until t_(i+1), while the FMU
+    steps there with its inputs held. Of a smooth force the hold is h/2 late on average, h the step, so that
+    errors of the run are of the first order in h.
+
+    Source: Kuebler and Schiehlen, Mathematical and Computer Modelling of Dynamical Systems 6(2), 2000
+    (parallel exchange of held values).
+    Fails with an FMU stiff enough to swing against the machine at that delay: a spring k gains k v^2 h/2 of
+    power as a damper of -k h/2 would. One that answers its inputs only after a step is one step later still.
+    """
+
+    step: Annotated[float, STEP] = OPEN
+    held: Annotated[float, Field("N", "force held until the next communication", "the FMU", derived=True)] = (
+        0.0
+    )
+
+    def force(self, t: float) -> float:
+        return self.held
+
+    def next_jump(self, t: float) -> float:
+        return math.inf

@@ -1,17 +1,23 @@
 """A run as a page draws it: panels of lines, the machine's live values, and metrics."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.app.extent import extent_of, outliers_text
 from hydroservo.control.loop import Loop
+from hydroservo.core.command_scale import in_command_unit
 from hydroservo.core.field import Field
-from hydroservo.core.formatting import common_unit, with_label
+from hydroservo.core.formatting import common_unit, number, with_label
 from hydroservo.core.hooks import has_chambers, is_valveless
+from hydroservo.linear.bode import bode
+from hydroservo.linear.bode_finding import bode_finding
+from hydroservo.linear.operating_point import operating_point
+from hydroservo.linear.parts import parts_of
+from hydroservo.linear.places import sliding
+from hydroservo.linear.responses import responses
 from hydroservo.runs.results import metric_fields
 from hydroservo.runs.run_finding import run_finding
 from hydroservo.show import Table
@@ -19,6 +25,7 @@ from hydroservo.show.table import texts_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 Vector = NDArray[np.float64]
 
@@ -35,27 +42,31 @@ NAMES = {
     "plant.load_pressure": "load pressure",
 }
 
+FEWEST = 30  # samples, of which one may be an outlier
+SPIKES = 1e-3  # of the samples at either end that may be outliers, and three of few
+LAST = 0.05  # of the samples of a run that is lost, the last of which are far from all others
+FAR = 3.0  # times the span of all others, beyond which a sample is one
+FLAT = 0.05  # of its size, which a line that hardly changes counts as spanning
+SKETCHED = 200  # frequencies
+
+CURVES = {
+    "open": "opened at the command, L",
+    "closed": "closed, demand to signal, T",
+    "sensitivity": "sensitivity, S",
+    "machine": "machine, command to signal",
+    "compliance": "compliance, load to motion",
+}
+
 
 class RunDrawing(NamedTuple):
-    """What a page needs of a run.
+    """What a page needs of a run."""
 
-    Attributes:
-        about: everything but the numbers of lines.
-        rows: those, shape (lines, points), in the order of ``about["lines"]``.
-    """
-
-    about: dict[str, Any]
-    rows: NDArray[np.float32]
+    about: dict[str, Any]  # everything but the numbers of lines
+    rows: NDArray[np.float32]  # those, shape (lines, points), in the order of ``about["lines"]``
 
 
 def draw_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> RunDrawing:
-    """What a page draws of a run.
-
-    Args:
-        loop: what was run.
-        run: what :func:`~hydroservo.simulate` returned.
-        more: paths of signals to draw besides.
-    """
+    """What a page draws of a run."""
     signals = [str(name) for name, one in run.data_vars.items() if one.dims]
     meaning = loop.controls.declared().meaning
     panels = [
@@ -106,14 +117,7 @@ def error_panel(run: "xr.Dataset") -> dict[str, Any]:
 def panel_on_axes(
     title: str, si: str, lines: Sequence[dict[str, Any]], diverged: bool = False
 ) -> dict[str, Any]:
-    """Lines on common axes, their values in the unit of these, which go over what the lines do.
-
-    Args:
-        title: of the panel.
-        si: the unit of the values.
-        lines: each with its ``values``.
-        diverged: whether they are of a run that did.
-    """
+    """Lines on common axes, their SI values in a readable unit, which go over what the lines do."""
     ends = extent_of([line["values"] for line in lines], diverged)
     unit, factor = common_unit(ends or (), si)
     return {
@@ -194,3 +198,89 @@ def law_names(law: Any) -> list[str]:
     """A law and those that it wraps, from the outside in."""
     inner = getattr(law, "controller", None)
     return [type(law).__name__, *(law_names(inner) if inner is not None else [])]
+
+
+class Extent(NamedTuple):
+    """How far an axis goes."""
+
+    low: float  # the least value on it
+    high: float  # the largest
+    outliers: int  # how many samples lie beyond
+    least: float  # of all samples
+    most: float  # of all samples
+
+
+def extent_of(lines: Sequence[Vector], diverged: bool = False) -> Extent | None:
+    """The extent of lines on common axes; None where they have no number."""
+    rows = [one[np.isfinite(one)] for one in lines]
+    rows = [one for one in rows if one.size]
+    if not rows:
+        return None
+    cores = [range_without_outliers(one, LAST if diverged else SPIKES) for one in rows]
+    low, high = min(one[0] for one in cores), max(one[1] for one in cores)
+    room = FAR * max(high - low, FLAT * max(abs(low), abs(high)))
+    every = np.concatenate(rows)
+    inside = every[(every >= low - room) & (every <= high + room)] if room > 0.0 else every
+    beside = every.size - inside.size
+    return Extent(float(inside.min()), float(inside.max()), beside, float(every.min()), float(every.max()))
+
+
+def outliers_text(extent: Extent, unit: str, factor: float) -> str:
+    """What lies beyond an axis, such as "3 samples up to 41 bar"; "" if nothing does."""
+    if not extent.outliers:
+        return ""
+    ends = [f"up to {number(factor * extent.most)} {unit}".strip()] if extent.most > extent.high else []
+    ends += [f"down to {number(factor * extent.least)} {unit}".strip()] if extent.least < extent.low else []
+    return f"{extent.outliers} sample{'s' if extent.outliers > 1 else ''} {' and '.join(ends)}"
+
+
+def range_without_outliers(values: Vector, share: float) -> tuple[float, float]:
+    """The least and the largest value, but for a share at either end."""
+    if values.size < FEWEST:
+        return float(values.min()), float(values.max())
+    beside = max(3, int(share * values.size))
+    places = beside, values.size - 1 - beside
+    low, high = np.partition(values, places)[list(places)]
+    return float(low), float(high)
+
+
+def sketch_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], NDArray[np.float32]]:
+    """The curves of :func:`draw_bode` alone, at fewer frequencies [Hz], for while a slider moves."""
+    point = operating_point(sliding(loop), None)  # at rest hysteresis leaves no slope, so that it slides
+    grid = np.geomspace(low, high, SKETCHED)
+    found = responses(point, parts_of(point)[0], 2.0 * math.pi * grid)
+    return {"points": SKETCHED}, curve_rows(grid, found.curves)
+
+
+def curve_rows(
+    grid: NDArray[np.float64], curves: Mapping[str, NDArray[np.complex128]]
+) -> NDArray[np.float32]:
+    """Frequencies [Hz], and of each curve its size [dB] and phase [degrees]."""
+    rows = [grid]
+    for name in CURVES:
+        with np.errstate(divide="ignore"):
+            size = np.abs(curves[name]) * (in_command_unit("1/V")[1] if name == "machine" else 1.0)
+            rows += [20.0 * np.log10(size), np.degrees(np.unwrap(np.angle(curves[name])))]
+    return np.vstack(rows).astype(np.float32)
+
+
+def draw_bode(loop: Loop) -> tuple[dict[str, Any], NDArray[np.float32]]:
+    """The linear responses of a loop: what is said of them, and rows of frequencies, sizes and phases."""
+    data = bode(loop, measure=False)
+    finding = bode_finding(data)
+    about = {
+        "curves": [
+            {"name": name, "title": title, "unit": in_command_unit(data[name].attrs["units"])[0]}
+            for name, title in CURVES.items()
+        ],
+        "points": int(data.sizes["frequency"]),
+        "margins": margin_entries(finding.tables[0]),
+        "warnings": [*map(str, finding.doubts), *finding.remarks],
+    }
+    return about, curve_rows(data["frequency"].values, {name: data[name].values for name in CURVES})
+
+
+def margin_entries(table: Table) -> list[dict[str, str]]:
+    """Margins and bandwidths as they are read."""
+    rows = texts_of(table).rows
+    return [{"meaning": name, "text": with_label(text, unit)} for name, text, unit in rows]

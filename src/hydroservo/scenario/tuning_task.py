@@ -14,11 +14,11 @@ from hydroservo.linear.bounds import Bounds
 from hydroservo.runs.aims import Aim, checked_aim
 from hydroservo.runs.arguments import checked_loops
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.scenario.layers import same_place
 from hydroservo.scenario.load import Assembly, assemble, load_scenario
 from hydroservo.scenario.ranges import Relative, typed_scales
-from hydroservo.scenario.search import LIMITS, SearchedRange, SearchSettings, checked_part, searched_range
+from hydroservo.scenario.scenario_files import same_place
 from hydroservo.scenario.tables import TableEntry
+from hydroservo.scenario.tune_table import LIMITS, SearchedRange, SearchSettings, checked_part, searched_range
 
 Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
 
@@ -75,16 +75,7 @@ def task_of_scenarios(
     plugins: Sequence[str | Path],
     load: Load = load_scenario,
 ) -> TuningTask:
-    """The search of scenarios: what is said of it, else what ``[tune]`` of the first one says.
-
-    Args:
-        scenarios: by name or path.
-        ranges: by path; none for those of ``[tune]``.
-        parts: others that are said, by their key in ``[tune]``.
-        changes: values by dotted path that override those of the scenarios.
-        plugins: Python files with blocks that they name.
-        load: what makes a loop of a scenario.
-    """
+    """The search of scenarios: what is said of it, else what ``[tune]`` of the first one says."""
     search = search_of(scenarios, assemble(scenarios[0], changes, plugins), parts)
     assemblies = {one: assemble(one, changes, plugins) for one in search.scenarios}
     wanted = ranges_to_search(ranges, search, assemblies)

@@ -23,8 +23,8 @@ from hydroservo.scenario.datasheets import made_columns
 from hydroservo.scenario.load import Assembly, MachineBlocks, assemble, load_scenario
 from hydroservo.scenario.other_tables import Truth
 from hydroservo.scenario.ranges import as_entries, both_ends, check_path
-from hydroservo.scenario.search import SearchSettings
 from hydroservo.scenario.tables import TableEntry
+from hydroservo.scenario.tune_table import SearchSettings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -206,12 +206,7 @@ def check_size(runs: int, seed: int, start: str = "", most: int = MOST) -> None:
 
 
 def draw_values(one: Variation, u: Numbers) -> tuple[Numbers, Numbers | None]:
-    """The value of each run, and its relative deviation where there is a nominal value.
-
-    Args:
-        one: what varies.
-        u: numbers in [0, 1).
-    """
+    """The value of each run, and its relative deviation where there is a nominal value."""
     if one.nominal is None:
         return np.minimum(one.low + (one.high - one.low) * u, one.high, dtype=np.float64), None
     first, last = one.low / one.nominal - 1.0, one.high / one.nominal - 1.0
