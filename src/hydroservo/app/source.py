@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -33,7 +33,6 @@ class Source(NamedTuple):
 
     scenario: str | Path  # by name or path
     changes: Mapping[str, object]  # by dotted path, as ``--set`` takes them
-    plugins: Sequence[str]  # files with its blocks, run when the server started
     text: str | None = None  # what a page sent; None for a scenario of the command line or a built-in one
 
     def assemble(self) -> Assembly:
@@ -52,12 +51,12 @@ def page_source(request: Mapping[str, Any], home: Home) -> Source:
     if isinstance(text, str):
         check_encodes(text)
         check_reads_nothing(parse_toml(text, PAGE))
-        return Source(keep_text(text, home.folder), changes, home.plugins, text)
+        return Source(keep_text(text, home.folder), changes, text)
     if isinstance(name, str) and name != home.given:
         if name not in builtin_texts():
             raise ScenarioError(PAGE, "", f"{short(name)} is not a built-in scenario")
-        return Source(name, changes, home.plugins)
-    return Source(home.given, changes, home.plugins)
+        return Source(name, changes)
+    return Source(home.given, changes)
 
 
 def keep_text(text: str, folder: Path) -> Path:

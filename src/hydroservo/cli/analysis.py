@@ -37,7 +37,7 @@ VALUES = 5  # of a range, evenly
 
 
 @with_output()
-def audit_command(scenario: Scenario, changes: Changes, plugins: Plugins, answer: CommandOutput) -> None:
+def audit_command(scenario: Scenario, changes: Changes, plugins: Plugins, output: CommandOutput) -> None:
     """Check what a scenario's law assumes, whether its loop oscillates and why, and predict its chatter.
 
     Each assumption has a margin, the factor by which it holds: bounds on disturbances, the sample rate, the
@@ -56,11 +56,11 @@ def audit_command(scenario: Scenario, changes: Changes, plugins: Plugins, answer
     from hydroservo.audits.finding import audit_finding
 
     loop = load_loop(scenario, changes, plugins)
-    answer(scenario, lambda _: audit(loop), partial(audit_finding, scenario=scenario))
+    output.present(scenario, lambda _: audit(loop), partial(audit_finding, scenario=scenario))
 
 
 @with_output()
-def limit_command(scenario: Scenario, changes: Changes, plugins: Plugins, answer: CommandOutput) -> None:
+def limit_command(scenario: Scenario, changes: Changes, plugins: Plugins, output: CommandOutput) -> None:
     """Show how close a scenario's law comes to the best that any command could do.
 
     The commands with the least rms error are found by optimal control of the same machine, at the same
@@ -80,11 +80,11 @@ def limit_command(scenario: Scenario, changes: Changes, plugins: Plugins, answer
     from hydroservo.runs.run import trace_size
 
     loop = load_loop(scenario, changes, plugins)
-    answer(
+    output.present(
         scenario,
         lambda report: limit(loop, progress=lambda fraction: report(fraction, scenario)),
         partial(limits_finding, scenario=scenario),
-        size=len(MEANINGS) * trace_size(loop) if answer.folder else 0,
+        size=len(MEANINGS) * trace_size(loop) if output.folder else 0,
     )
 
 
@@ -119,7 +119,7 @@ def linearize_command(
             "--sampled", help="The machine from sample to sample, behind the loop's hold and delay."
         ),
     ] = False,
-    answer: CommandOutput,
+    output: CommandOutput,
 ) -> None:
     """Linearise a scenario's machine, its controller or the whole loop, about a point.
 
@@ -148,7 +148,7 @@ def linearize_command(
         model = linearized(point, unit.value, sampled=sampled)._replace(loop=loop)
         return model, textbook(point) if unit is LinearizedPart.MACHINE else None
 
-    answer(scenario, ask, lambda found: linearization_finding(found[0], scenario, found[1]))
+    output.present(scenario, ask, lambda found: linearization_finding(found[0], scenario, found[1]))
 
 
 class ExcitationOption(StrEnum):
@@ -210,7 +210,7 @@ def bode_command(
     linear: Annotated[
         bool, typer.Option("--linear", help="Only the linear model, nothing measured.")
     ] = False,
-    answer: CommandOutput,
+    output: CommandOutput,
 ) -> None:
     """Show a scenario in frequency: its loop open and closed, and its compliance to the load.
 
@@ -265,7 +265,7 @@ def bode_command(
         finding = bode_finding(data, scenario, logs)
         return finding._replace(origins=[origin_of_loop(scenario, loop)]) if vary else finding
 
-    answer(scenario, ask, describe)
+    output.present(scenario, ask, describe)
 
 
 def parse_band(text: str | None) -> tuple[float, float] | None:

@@ -61,7 +61,7 @@ def batch_command(
             "goes on believing in the scenario's values."
         ),
     ],
-    answer: CommandOutput,
+    output: CommandOutput,
     seeds: Annotated[
         bool, typer.Option("--seeds", help="Give each run random numbers of its own, as for sensor noise.")
     ] = False,
@@ -129,29 +129,29 @@ def batch_command(
 
     if not (ranges or seeds):
         raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
-    if answer.folder or any(file.suffix.lower() == ".parquet" for file in answer.files):
+    if output.folder or any(file.suffix.lower() == ".parquet" for file in output.files):
         require("pyarrow", "parquet", "Parquet")
-    check_sizes(runs, seed, answer.folder)
-    check_workers(workers, scheduler, answer.folder, cuda)
+    check_sizes(runs, seed, output.folder)
+    check_workers(workers, scheduler, output.folder, cuda)
     assembly = assemble(scenario, dict(map(parse_override, changes)), plugins)
     metric = chosen_metric(assembly.loop, metric, scenario)
     sampled = SampledBatch(assembly, variations(assembly, parse_ranges(ranges)), seed, seeds, strict, cuda)
-    size = announce_table_size(scenario, sampled, runs, answer)
+    size = announce_table_size(scenario, sampled, runs, output)
 
     def ask(report: "Report") -> "xr.Dataset":
         start = time.monotonic()
         with log_kernels(verbose):
-            if answer.folder is None:
+            if output.folder is None:
                 table, computed = compute_in_memory(sampled, runs, threads, report), runs
             else:
                 who = workers_of(workers, scheduler, threads)
-                table, computed = compute_in_folder(sampled, runs, answer.folder, who, report)
+                table, computed = compute_in_folder(sampled, runs, output.folder, who, report)
         print_speed(runs, computed, time.monotonic() - start)
         return table
 
     say = partial(describe_batch, sampled, metric, (scenario, changes, plugins))
-    write = partial(write_batch_files, answer.files, metric=metric, journal=answer.journal)
-    answer(scenario, ask, say, size=size, others=other_files(answer), write_more=write)
+    write = partial(write_batch_files, output.files, metric=metric, journal=output.journal)
+    output.present(scenario, ask, say, size=size, others=other_files(output), write_more=write)
 
 
 def describe_batch(
@@ -292,20 +292,20 @@ def chosen_metric(loop: "Loop", metric: str | None, scenario: str) -> str:
     return metric
 
 
-def announce_table_size(scenario: str, sampled: "SampledBatch", runs: int, answer: CommandOutput) -> int:
+def announce_table_size(scenario: str, sampled: "SampledBatch", runs: int, output: CommandOutput) -> int:
     """How much the table of all runs will take [bytes]; a large one, and odd sizes, are said on stderr."""
     size = 8 * runs * count_columns(sampled)
     warn_of_sizes(scenario, sampled.assembly.loop)
-    if size > LARGE_TABLE and (answer.files or answer.folder is None):
+    if size > LARGE_TABLE and (output.files or output.folder is None):
         typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)
     return size
 
 
-def other_files(answer: CommandOutput) -> list[Path]:
+def other_files(output: CommandOutput) -> list[Path]:
     """The files of a batch besides its report."""
     from hydroservo.scenario.stored_batch import MANIFEST
 
-    return [*answer.files, *([answer.folder / MANIFEST] if answer.folder else [])]
+    return [*output.files, *([output.folder / MANIFEST] if output.folder else [])]
 
 
 def write_batch_files(

@@ -114,7 +114,7 @@ class CommandOutput(NamedTuple):
     journal: Journal = NO_JOURNAL  # what figures a journal is to have
     json: bool = False  # whether the numbers are printed as JSON
 
-    def __call__(
+    def present(
         self,
         name: str,
         compute: "Callable[[Report], Result]",
@@ -180,7 +180,7 @@ class CommandOutput(NamedTuple):
 def with_output(
     about: str = "Write the results to this folder.", endings: Sequence[str] = (), *, several: bool = False
 ) -> Callable[[Callable[..., Any]], Callable[..., None]]:
-    """Decorate a command so that the options of its output reach it as one ``answer``."""
+    """Decorate a command so that the options of its output reach it as one ``output``."""
     shape, more = ("FILE|DIR" if endings else "DIR"), (" May be given again." if several else "")
     option = typer.Option(
         "--out", metavar=shape, parser=str if endings else folder_at, help=f"{about}{more} {WHERE}"
@@ -203,15 +203,15 @@ def with_output(
         @wraps(command)
         def called(**given: Any) -> None:
             wanted = {name: given.pop(name) for name in ("context", *options)}
-            command(**given, answer=output_from(wanted, endings, several=several))
+            command(**given, output=output_from(wanted, endings, several=several))
 
         signature = inspect.signature(command, eval_str=True)
         parameters = [
             one.replace(kind=inspect.Parameter.KEYWORD_ONLY)
             for name, one in signature.parameters.items()
-            if name != "answer"
+            if name != "output"
         ]
-        place = list(signature.parameters).index("answer")
+        place = list(signature.parameters).index("output")
         parameters[place:place] = own
         called.__signature__ = inspect.Signature([context, *parameters])  # type: ignore[attr-defined]
         called.__annotations__ = {one.name: one.annotation for one in (context, *parameters)}

@@ -110,7 +110,7 @@ def identify_command(
         int,
         typer.Option("--seed", metavar="S", help="Seed of the search's starts, a whole number >= 0."),
     ] = 0,
-    answer: CommandOutput,
+    output: CommandOutput,
     threads: Threads = None,
     verbose: Verbose = False,
 ) -> None:
@@ -167,7 +167,7 @@ def identify_command(
                 proposal = propose_log(
                     first, limits=bounds, seed=seed, progress=lambda done: report(done, what)
                 )
-                write_text(propose, answer.journal.csv(proposal.csv()))
+                write_text(propose, output.journal.csv(proposal.csv()))
                 further = further._replace(proposal=proposal)
         except HydroservoError as error:
             further = further._replace(failure=error)
@@ -175,7 +175,9 @@ def identify_command(
 
     with log_kernels(verbose):
         others = [propose] if propose else []
-        first, further = answer(scenario, ask, lambda both: identified_finding(*both, logs), others=others)
+        first, further = output.present(
+            scenario, ask, lambda both: identified_finding(*both, logs), others=others
+        )
     raise further.failure or typer.Exit(0 if first.fits else DOES_NOT_FIT)
 
 
@@ -237,7 +239,7 @@ def map_command(
     ],
     changes: Changes,
     plugins: Plugins,
-    answer: CommandOutput,
+    output: CommandOutput,
     scenario: LogScenario = None,
 ) -> None:
     """Measure a static map of a machine from logs of it, with 95 % intervals.
@@ -258,7 +260,7 @@ def map_command(
     from hydroservo.scenario import parse_override
 
     overrides = dict(map(parse_override, changes))
-    answer(
+    output.present(
         ", ".join(map(str, logs)),
         lambda _: map_logs(kind, logs, scenario, changes=overrides, plugins=plugins),
         partial(map_finding, logs=logs),
@@ -272,7 +274,7 @@ def log_command(
     ],
     changes: Changes,
     plugins: Plugins,
-    answer: CommandOutput,
+    output: CommandOutput,
     scenario: LogScenario = None,
 ) -> None:
     """Show how a log is understood: its signals, their units and ranges, its rate and its gaps.
@@ -302,6 +304,6 @@ def log_command(
         option = "--set" if changes else "--plugin"
         raise ParameterError(option, str([*changes, *plugins][0]), "needs --scenario")
     mapping = {} if scenario is None else log_columns_of(scenario, changes, plugins)
-    answer(
+    output.present(
         str(file), lambda _: understood(read_log(file, mapping, (TIME,))), partial(log_finding, logs=[file])
     )

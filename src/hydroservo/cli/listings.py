@@ -28,7 +28,6 @@ studies_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
 @scenarios_app.callback(invoke_without_command=True)
 def list_scenarios(context: typer.Context) -> None:
     """List the built-in scenarios, or show one."""
-
     if context.invoked_subcommand is None:
         show_titles(titles("scenario"))
 
@@ -57,7 +56,6 @@ def show_source(
 @studies_app.callback(invoke_without_command=True)
 def list_studies(context: typer.Context) -> None:
     """List the built-in studies, or show one."""
-
     if context.invoked_subcommand is None:
         show_titles(titles("studies"))
 
@@ -120,7 +118,9 @@ def describe_command(
         load_plugin(plugin)
     if not name:
         types = types_by_role()
-        typer.echo(as_json(types)) if json else show_names(types)
+        typer.echo(as_json(types)) if json else show_titles(
+            {role: ", ".join(names) for role, names in types.items()}
+        )
     elif of_role := role_named(name):
         titles = {one: first_sentence(maker) for one, maker in of_role.items()}
         typer.echo(as_json(titles)) if json else show_titles(titles)
@@ -164,14 +164,6 @@ def show_titles(titles: Mapping[str, str]) -> None:
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     for name, text in titles.items():
         table.add_row(f"[bold]{escape(name)}[/]", escape(text))
-    show(table)
-
-
-def show_names(types: Mapping[str, Sequence[str]]) -> None:
-    """Types by their roles."""
-    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    for role, names in types.items():
-        table.add_row(f"[bold]{escape(role)}[/]", escape(", ".join(names)))
     show(table)
 
 

@@ -30,7 +30,7 @@ def run_command(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
-    answer: CommandOutput,
+    output: CommandOutput,
     form: Annotated[
         Format, typer.Option("--format", help="Format of the trajectory that goes into --out.")
     ] = Format.CSV,
@@ -58,18 +58,18 @@ def run_command(
     from hydroservo.runs.run import Mode, traced
     from hydroservo.runs.run_finding import run_finding
 
-    if answer.folder and form is Format.PARQUET:
+    if output.folder and form is Format.PARQUET:
         require("pyarrow", "parquet", "Parquet")
     loop = load_loop(scenario, changes, plugins)
-    size = trace_memory([(scenario, loop)]) if answer.folder else 0
+    size = trace_memory([(scenario, loop)]) if output.folder else 0
     mode = Mode(compiled=not interpreted, strict=strict)
 
     def ask(report: "Report") -> "Trace":
         with log_kernels(verbose), errors_name_scenario(scenario):
-            record = None if answer.folder else NOTHING
+            record = None if output.folder else NOTHING
             return traced(loop, record, mode, progress=lambda fraction: report(fraction, scenario))
 
-    answer(scenario, ask, partial(run_finding, scenario=scenario, ending=form.ending), size=size)
+    output.present(scenario, ask, partial(run_finding, scenario=scenario, ending=form.ending), size=size)
 
 
 @with_output()
@@ -77,7 +77,7 @@ def compare_command(
     scenarios: Scenarios,
     changes: Changes,
     plugins: Plugins,
-    answer: CommandOutput,
+    output: CommandOutput,
     strict: Strict = False,
     verbose: Verbose = False,
 ) -> None:
@@ -100,20 +100,20 @@ def compare_command(
 
     loops = [load_loop(scenario, changes, plugins) for scenario in scenarios]
     check_one_signal("scenarios", [loop.controls.declared().meaning for loop in loops])
-    size = trace_memory([*zip(scenarios, loops, strict=True)]) if answer.folder else 0
+    size = trace_memory([*zip(scenarios, loops, strict=True)]) if output.folder else 0
 
     def ask(report: "Report") -> "list[xr.Dataset]":
         runs = []
         with log_kernels(verbose):
             for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
                 progress = progress_of_part(report, i, len(loops), scenario)
-                record = None if answer.folder else NOTHING
+                record = None if output.folder else NOTHING
                 with errors_name_scenario(scenario):
                     runs.append(simulate(loop, record=record, strict=strict, progress=progress))
         return runs
 
     say = partial(comparison_finding, scenarios=scenarios, labels=short_names(scenarios), loops=loops)
-    answer("", ask, say, size=size)
+    output.present("", ask, say, size=size)
 
 
 def trace_memory(loops: "Sequence[tuple[str, Loop]]") -> int:

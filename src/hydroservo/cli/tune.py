@@ -47,7 +47,7 @@ def tune_command(
             "x0.5..x2; evenly in its logarithm if the range does not hold 0. [default: `[tune.vary]`]"
         ),
     ],
-    answer: CommandOutput,
+    output: CommandOutput,
     metric: Annotated[
         str | None,
         typer.Option("--metric", metavar="NAME", show_default="rms_error", help="The metric to minimise."),
@@ -194,8 +194,8 @@ def tune_command(
                 task, threads, progress, lambda: acknowledge_interrupt("; the best values so far are above")
             )
 
-    say = partial(describe_tuned, typed_command(answer.context), task.scenarios, changes, plugins)
-    raise typer.Exit(INTERRUPTED if answer("", ask, say).interrupted else 0)
+    say = partial(describe_tuned, typed_command(output.context), task.scenarios, changes, plugins)
+    raise typer.Exit(INTERRUPTED if output.present("", ask, say).interrupted else 0)
 
 
 def describe_tuned(

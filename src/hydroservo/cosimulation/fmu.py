@@ -204,18 +204,13 @@ def dimension_size(dimension: Any) -> int:
 
 
 @lru_cache(maxsize=64)
-def folder_of(path: Path, digest: str) -> Path:
+def unpacked_folder(path: Path, digest: str) -> Path:
     """A folder with the files of an FMU, which goes when the process ends."""
     if digest_of(path) != digest:
         raise HydroservoError(f"{path}: has changed since it was read")
     folder = new_temporary_folder()
     fmpy_package().extract(str(path), unzipdir=str(folder))
     return folder
-
-
-def unpacked_folder(fmu: Fmu) -> Path:
-    """The folder of an FMU's files."""
-    return folder_of(fmu.path, fmu.digest)
 
 
 class Wire(NamedTuple):

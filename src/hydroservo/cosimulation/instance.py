@@ -74,7 +74,8 @@ class Instance:
         """Load the library, and make an instance that is not initialized yet."""
         from fmpy import calloc, fmi2, fmi3, free
 
-        fmu, folder, before = self.foreign.fmu, unpacked_folder(self.foreign.fmu), Path.cwd()
+        fmu, before = self.foreign.fmu, Path.cwd()
+        folder = unpacked_folder(fmu.path, fmu.digest)
         kind = fmi2.FMU2Slave if fmu.version == 2 else fmi3.FMU3Slave
         try:
             self.slave = kind(

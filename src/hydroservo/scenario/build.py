@@ -27,7 +27,7 @@ from hydroservo.scenario.registry import (
     names_in_role,
 )
 from hydroservo.scenario.role_checks import argument_types, check_maker
-from hydroservo.scenario.tables import Layer, LayeredTable, TableEntry
+from hydroservo.scenario.tables import LayeredTable, TableEntry
 
 FULL, POINTS = "full", "points"
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
@@ -54,17 +54,8 @@ def curve_from(table: LayeredTable, field: Field | None) -> Curve:
         raise entry.error(str(error)) from None
     if not size > 0.0:
         raise entry.error("must be above 0")
-    found = curve_from(without(table, FULL), replace(field, over=unit))
+    found = curve_from(table.without(FULL), replace(field, over=unit))
     return Curve.from_samples(found.knots / float(size), found.samples)
-
-
-def without(table: LayeredTable, name: str) -> LayeredTable:
-    """A table without a key."""
-    layers = [
-        Layer(origin, {key: value for key, value in given.items() if key != name})
-        for origin, given in table.layers
-    ]
-    return table._replace(layers=tuple(layers))
 
 
 def curve_from_file(table: LayeredTable, field: Field | None) -> Curve:

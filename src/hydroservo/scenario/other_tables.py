@@ -46,8 +46,7 @@ def write_out_layer(layer: Layer) -> Layer:
 
 def start_in(table: LayeredTable, loop: Loop) -> Block:
     """The start that a table asks for."""
-    layers = (Layer(one.origin, {k: v for k, v in one.given.items() if k != GIVEN}) for one in table.layers)
-    start = draft_block(Start, AsBuilt(), table._replace(layers=tuple(layers))).made()
+    start = draft_block(Start, AsBuilt(), table.without(GIVEN)).made()
     entries = dict(table.table(GIVEN).entries())
     if not entries:
         return start

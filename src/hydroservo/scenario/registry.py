@@ -1,12 +1,10 @@
 """Which block classes a scenario may name, and in which role."""
 
-import ast
 import copyreg
 import importlib.util
 import inspect
 import linecache
 import sys
-import traceback
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from hashlib import sha256
@@ -32,7 +30,13 @@ from hydroservo.machine import (
     valves,
 )
 from hydroservo.scenario.fmus import allow_fmu
-from hydroservo.scenario.role_checks import a_role, check_declared_roles, role_problem
+from hydroservo.scenario.role_checks import (
+    a_role,
+    check_declared_roles,
+    class_line,
+    line_reached,
+    role_problem,
+)
 from hydroservo.scenario.tables import TableEntry
 
 Maker = Callable[..., Any]  # a block's class, or a classmethod of it whose arguments are declared as fields
@@ -248,38 +252,19 @@ def execute_plugin(text: str, place: Path, module_name: str, name: str) -> Modul
         exec(compile(text, str(place), "exec"), module.__dict__)  # what the caller asked for
         for cls in blocks_defined_in(module):
             declared_fields(cls)  # resolves its annotations
-            check_plugin_role(cls, text, name)
+            try:
+                check_declared_roles(cls)
+            except ValueError as error:
+                raise ScenarioError(name, f"line {class_line(cls)}", str(error)) from None
     except ScenarioError:
         del sys.modules[module_name]
         raise
     except (Exception, SystemExit) as error:
         del sys.modules[module_name]
-        raise ScenarioError(name, line_in_plugin(error, place), error_text(error)) from None
+        syntax = isinstance(error, SyntaxError) and error.filename == str(place)
+        line = error.lineno if syntax else line_reached(error, str(place))
+        raise ScenarioError(name, f"line {line}" if line else "", error_text(error)) from None
     return module
-
-
-def check_plugin_role(cls: type, text: str, name: str) -> None:
-    """Refuse a class that has not what the role that it says asks for."""
-    try:
-        check_declared_roles(cls)
-    except ValueError as error:
-        raise ScenarioError(name, f"line {line_of_class(text, cls)}", str(error)) from None
-
-
-def line_of_class(text: str, cls: type) -> int:
-    """Where a file's text defines a class."""
-    classes = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ClassDef))
-    return next((node.lineno for node in classes if node.name == cls.__name__), 1)
-
-
-def line_in_plugin(error: BaseException, place: Path) -> str:
-    """The last line of the file that an error went through."""
-    if isinstance(error, SyntaxError) and error.filename == str(place):
-        number = error.lineno
-    else:
-        frames = traceback.extract_tb(error.__traceback__)
-        number = next((frame.lineno for frame in reversed(frames) if frame.filename == str(place)), None)
-    return f"line {number}" if number is not None else ""
 
 
 def error_text(error: BaseException) -> str:

@@ -178,10 +178,10 @@ def member_name(node: ast.stmt) -> str | None:
     return node.name if isinstance(node, ast.FunctionDef) else None
 
 
-def line_reached(error: BaseException, cls: type) -> int:
-    """The last line of a class's file that an error went through; 0 for none."""
+def line_reached(error: BaseException, file: str) -> int:
+    """The last line of a file that an error went through; 0 for none."""
     frames = traceback.extract_tb(error.__traceback__)
-    return next((one.lineno or 0 for one in reversed(frames) if one.filename == source_file(cls)), 0)
+    return next((frame.lineno or 0 for frame in reversed(frames) if frame.filename == file), 0)
 
 
 def source_file(cls: type) -> str:

@@ -47,16 +47,15 @@ class TableEntry(NamedTuple):
         return ScenarioError(self.origin.name, self.key, problem)
 
 
-def has_key(value: object, name: str) -> bool:
-    """Whether a value of a scenario is a table with a key."""
-    return isinstance(value, Mapping) and name in value
-
-
 class Layer(NamedTuple):
     """What one file gives in a table, or what overrides the files."""
 
     origin: FileOrigin
     given: Mapping[str, Any]
+
+    def with_keys(self, wanted: Callable[[str], bool]) -> "Layer":
+        """The layer with those keys alone that are wanted."""
+        return Layer(self.origin, {name: value for name, value in self.given.items() if wanted(name)})
 
 
 class LayeredTable(NamedTuple):
@@ -79,8 +78,13 @@ class LayeredTable(NamedTuple):
 
     def with_key(self, name: str) -> list[str]:
         """The dotted keys of the tables in this one that have a key."""
-        inner = (part for layer in self.layers for part, value in layer.given.items() if has_key(value, name))
-        return [self.key(part) for part in dict.fromkeys(inner)]
+        items = (item for layer in self.layers for item in layer.given.items())
+        inner = (self.key(part) for part, value in items if isinstance(value, Mapping) and name in value)
+        return list(dict.fromkeys(inner))
+
+    def without(self, name: str) -> "LayeredTable":
+        """This table without a key."""
+        return self._replace(layers=tuple(layer.with_keys(name.__ne__) for layer in self.layers))
 
     def key(self, name: str) -> str:
         """The dotted key of a name in this table."""
@@ -125,10 +129,7 @@ class LayeredTable(NamedTuple):
                 own = set(names(TableEntry(layer.origin, self.key("type"), wanted)))
                 if law and present and layer is not self.layers[0]:
                     own = set()
-                kept = [
-                    Layer(origin, {name: value for name, value in given.items() if name in own})
-                    for origin, given in kept
-                ]
+                kept = [below.with_keys(own.__contains__) for below in kept]
             present = wanted
             kept.append(layer)
         return self._replace(layers=tuple(reversed(kept)))

@@ -127,8 +127,3 @@ def bits(value: Any) -> Any:
     if isinstance(value, float):
         return CANONICAL_NAN if math.isnan(value) else struct.pack("<d", value)
     return type(value), value
-
-
-def numbers_in_result(value: Any) -> list[float]:
-    """Every number in a result."""
-    return [number for _, number in leaves(value)] if is_block(value) else [value]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydroservo.core.errors import HydroservoError
-from hydroservo.scenario.role_checks import declared_roles, line_reached
+from hydroservo.scenario.role_checks import declared_roles, line_reached, source_file
 from hydroservo.testing import declarations
 from hydroservo.testing.case import Case, ContractError, case_of
 
@@ -50,20 +50,13 @@ def same_in_c(case: Case) -> str:
     return check_translated(case)
 
 
-def returns_as_declared(case: Case, draw: Any) -> None:
-    behaviour_module().check_kinds(case, draw)
+def of_behaviour(name: str) -> Callable[..., None]:
+    """A check of how a block behaves, loaded with hypothesis when it is asked."""
 
+    def check(case: Case, draw: Any) -> None:
+        getattr(behaviour_module(), name)(case, draw)
 
-def stays_finite(case: Case, draw: Any) -> None:
-    behaviour_module().check_finite(case, draw)
-
-
-def same_compiled(case: Case, draw: Any) -> None:
-    behaviour_module().check_compiled(case, draw)
-
-
-def same_again(case: Case, draw: Any) -> None:
-    behaviour_module().check_repeatable(case, draw)
+    return check
 
 
 QUESTIONS = (
@@ -73,10 +66,10 @@ QUESTIONS = (
     Question("is in its own ranges", declarations.check_own_ranges, basis=True),
     Question("starts with floats, at rest", declarations.check_floats, basis=True),
     Question("pickles", declarations.check_pickles),
-    Question("returns what its role says", returns_as_declared, 6, basis=True, behaviour=True),
-    Question("stays finite", stays_finite, 15, behaviour=True),
-    Question("gives the same bits compiled", same_compiled, 15, behaviour=True),
-    Question("gives the same bits again", same_again, 6, behaviour=True),
+    Question("returns what its role says", of_behaviour("check_kinds"), 6, basis=True, behaviour=True),
+    Question("stays finite", of_behaviour("check_finite"), 15, behaviour=True),
+    Question("gives the same bits compiled", of_behaviour("check_compiled"), 15, behaviour=True),
+    Question("gives the same bits again", of_behaviour("check_repeatable"), 6, behaviour=True),
     Question("gives the same bits in C", same_in_c, behaviour=True),
 )
 
@@ -84,9 +77,7 @@ QUESTIONS = (
 def ask(question: Question, case: Case, **settings: Any) -> str:
     """Ask a question, with random examples where it needs them."""
     with np.errstate(all="ignore"):  # what a block makes of odd inputs is for the questions to judge
-        return (
-            question.check(case) or "" if not question.examples else ask_at_random(question, case, settings)
-        )
+        return ask_at_random(question, case, settings) if question.examples else question.check(case) or ""
 
 
 def ask_at_random(question: Question, case: Case, settings: Mapping[str, Any]) -> str:
@@ -214,7 +205,7 @@ def answer_to(question: Question, case: Case) -> Answer:
         return Answer(*about, False, str(error), error.line)
     except Exception as error:  # of the block's own text
         text = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        return Answer(*about, False, text, line_reached(error, case.cls))
+        return Answer(*about, False, text, line_reached(error, source_file(case.cls)))
     return Answer(*about, True, remark)
 
 
