@@ -21,8 +21,7 @@ LAW = plugins.LAW.replace(
 @pytest.fixture
 def few(monkeypatch):
     """The questions that need no compiler."""
-    for module in ("asking", "questions"):
-        monkeypatch.setattr(f"hydroservo.testing.{module}.QUESTIONS", QUESTIONS[:6])
+    monkeypatch.setattr("hydroservo.testing.contract.QUESTIONS", QUESTIONS[:6])
 
 
 @pytest.fixture

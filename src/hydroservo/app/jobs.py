@@ -11,7 +11,7 @@ from hydroservo.app.drawing import draw_run
 from hydroservo.app.form import form_of
 from hydroservo.app.logs import draw_log, identify_from_log, log_file
 from hydroservo.app.retype import complete_retyped, retype
-from hydroservo.app.source import Home, Source, page_scenario_text, page_source
+from hydroservo.app.source import Home, Report, Source, page_scenario_text, page_source
 from hydroservo.control.loop import AUTO, Loop
 from hydroservo.core.errors import HydroservoError, HydroservoWarning, short
 from hydroservo.core.outputs import temporary_folder
@@ -27,7 +27,6 @@ MOST_SUBSTEPS = 10**6
 LOWEST, HIGHEST = 1e-9, 1e9  # Hz
 Request = Mapping[str, Any]
 Answer = tuple[dict[str, Any], bytes]
-Report = Callable[[float, str], None]  # called with the fraction done, and what is being done
 FORMATS = {"csv": "text/csv", "parquet": "application/octet-stream", "mat": "application/octet-stream"}
 PICTURES = {"png": "image/png", "svg": "image/svg+xml"}
 KINDS = (*FORMATS, *PICTURES, "c", "fmu")

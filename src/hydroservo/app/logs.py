@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from hydroservo.app.drawing import panel_on_axes, thin_lines
 from hydroservo.app.form import NUMBER, all_numbers, form_of
-from hydroservo.app.jobs import Report
-from hydroservo.app.source import Home, Source
+from hydroservo.app.source import Home, Report, Source
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import HydroservoError, ScenarioError, short
 from hydroservo.core.formatting import quantity

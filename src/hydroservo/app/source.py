@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +14,7 @@ from hydroservo.scenario.build import Draft
 from hydroservo.scenario.scenario_files import OVERRIDES, builtin_texts, nest_changes
 from hydroservo.scenario.tables import parse_toml
 
+Report = Callable[[float, str], None]  # called with the fraction done, and what is being done
 PAGE = "the page's scenario"
 MOST_CHANGES = 2000
 MOST_TEXTS = 64  # each of a MiB at most

@@ -261,8 +261,9 @@ def execute_plugin(text: str, place: Path, module_name: str, name: str) -> Modul
         raise
     except (Exception, SystemExit) as error:
         del sys.modules[module_name]
-        syntax = isinstance(error, SyntaxError) and error.filename == str(place)
-        line = error.lineno if syntax else line_reached(error, str(place))
+        line = line_reached(error, str(place))
+        if isinstance(error, SyntaxError) and error.filename == str(place):
+            line = error.lineno or 0
         raise ScenarioError(name, f"line {line}" if line else "", error_text(error)) from None
     return module
 
