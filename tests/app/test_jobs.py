@@ -16,6 +16,8 @@ from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioErro
 from hydroservo.scenario import assemble, scenarios
 from tests.support.synthetic_logs import SCENARIO, exact_log, with_units
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 RIG = "rig/1khz-pi-sine"
 KEY = "0123456789abcdef"  # of a log
 

@@ -5,7 +5,7 @@ import pytest
 from hydroservo.core.formatting import NONE
 from tests.support.browser import MASS, answered, enter, field, in_full_contrast, numbers_shown, problem
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 MARGIN = f"#margins dd:not(:text-is('{NONE}'))"
 

@@ -7,6 +7,8 @@ import pytest
 from hydroservo.app.source import Home
 from hydroservo.app.worker import PageWorker
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 RIG = "rig/1khz-pi-sine"
 LONG = {"changes": {"simulation.duration": "2000 s", "simulation.record_period": "1 s"}}
 SLEEPING = "import time\ntime.sleep(3600)\n"

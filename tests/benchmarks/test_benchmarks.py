@@ -17,7 +17,7 @@ from benchmarks.peer import TOLERANCE, difference
 from benchmarks.results import load, save
 from benchmarks.table import chapters, details, filled, job_table, machines_table, summary
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 ROOT = Path(__file__).parents[2]
 PEERS = "hydroservo,C scalar,C SIMD,numba by hand"

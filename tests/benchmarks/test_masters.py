@@ -14,7 +14,7 @@ from benchmarks.results import load
 from hydroservo.export.fmu import FmiVersion
 from tests.support.needs import needs
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 PAGE = Path(__file__).parents[2] / "docs" / "export.md"
 EXACT = ("by hand: in order", "by hand: unit by unit", "FMPy: loop as one FMU", "FMPy container_fmu")

@@ -12,6 +12,8 @@ from tests.support.browser import served
 from tests.support.commands.processes import needs_posix
 from tests.support.commands.runner import failed
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 
 def test_the_page_is_served_until_an_interrupt():
     with served("rig/1khz-pi-sine") as server:

@@ -14,6 +14,8 @@ from tests.support.brink import brink_file
 from tests.support.commands.runner import failed, succeeded
 from tests.support.reports import check_report, text_of
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 HELD = above("Lemma 2, D_1", "D_1 is above the largest d_L1", 30.0, 16.7, "m/s^2", measured=True)
 SHORT = above("Lemma 2, D_2", "D_2 is above the largest d_L2", 100.0, 1e4, "N/s", measured=True)
 UNTOLD = above("excitation", "the demand excites enough", math.nan, math.nan)
@@ -105,7 +107,6 @@ OWN = (
 )
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("forgotten")
 def test_a_law_of_ones_own(tmp_path):
     """It runs, is asked, and does not chatter."""

@@ -20,6 +20,8 @@ from tests.support.commands.batches import again, alone
 from tests.support.commands.runner import failed, succeeded
 from tests.support.equality import assert_same_block
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 TEXT = """
 [simulation]
 duration = "20 ms"
@@ -147,7 +149,6 @@ def test_what_is_0_in_the_scenario_is_set_and_the_belief_kept(file, text):
         assert_same_block(replayed.controller, loop.controller)
 
 
-@pytest.mark.slow  # compiles a whole machine twice
 def test_each_run_starts_at_its_own_rest_and_is_its_single_run(file):
     changes = {"plant.mechanism.mass": "60 kg", "load.offset": "500 N"}
     columns = datasheet_columns(file, {"plant.bore": [60e-3, 63e-3, 66e-3]}, changes)

@@ -23,6 +23,8 @@ from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 from tests.support.work.units import contents
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 SHORT = ("--set", "simulation.duration=5 ms", "--set", "simulation.period=0.1 ms")
 BATCH = ("batch", "paper/sine-pi", *SHORT, "--vary", "plant.mass=4..8kg", "--runs", "600")
 LONG = (
@@ -229,7 +231,6 @@ def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(tmp_path, workers
     assert not list(tmp_path.rglob(f"{PREFIX}*"))
 
 
-@pytest.mark.slow
 def test_numbers_of_runs_go_on_over_parts(tmp_path):
     succeeded(*BATCH, "--seeds", "--set", "simulation.seed=7", "--out", f"{tmp_path}/")
     found = pd.read_parquet(tmp_path / "parts").sort_values("run")

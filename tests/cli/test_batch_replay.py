@@ -9,6 +9,8 @@ from hydroservo.runs.provenance import scenario_hash
 from tests.support.commands.batches import NAME, again, alone, drawn, replayed
 from tests.support.commands.runner import succeeded
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 VARIED = ("--vary", "plant.bulk_modulus=-30%..+30%", "--vary", "controller.velocity_gain=1500..2500")
 
 

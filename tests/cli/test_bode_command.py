@@ -8,6 +8,8 @@ import pytest
 from tests.support.brink import brink_file
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 RIG = ("bode", "rig/1khz-pi-sine")
 
 

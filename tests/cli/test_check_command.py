@@ -11,7 +11,7 @@ from hydroservo.testing.contract import QUESTIONS
 from tests.support import plugins
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 
-pytestmark = pytest.mark.usefixtures("forgotten")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("forgotten")]
 
 LAW = plugins.LAW.replace(
     "self.gain * (r.value - y.velocity)", "round(self.gain * (r.value - y.velocity), 9)"
@@ -78,7 +78,6 @@ def test_what_export_would_refuse_is_said_with_its_line(mine):
     assert "is not supported; use ops.nearest" in re.sub(r"[\s│]+", " ", result.stdout)
 
 
-@pytest.mark.slow
 def test_one_cause_is_one_row(mine):
     helper = LAW.replace("@role", "def twice(x):\n    return 2.0 * x\n\n\n@role").replace(
         "round(", "(twice(1.0) * "

@@ -27,6 +27,8 @@ from tests.support.needs import needs
 QUICK = ("run", "paper/sine-pi", "--set", "simulation.duration=0.02", "--interpreted")
 HOURS = ("--set", "simulation.duration=1e5", "--set", "simulation.record_period=10")
 
+pytestmark = pytest.mark.slow  # processes of their own
+
 needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
 
 

@@ -15,7 +15,8 @@ def test_a_number_determines_its_case() -> None:
     assert {case(number).kind for number in range(300)} == set(KINDS)
 
 
-@pytest.mark.parametrize("first", [0, pytest.param(CASES, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("first", [0, pytest.param(CASES, marks=pytest.mark.nightly)])
 def test_no_command_does_what_none_may(first: int) -> None:
     command = [*FUZZ, "--first", str(first), "--count", str(CASES)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

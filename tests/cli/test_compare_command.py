@@ -14,6 +14,8 @@ from hydroservo.testing.examples import example
 from tests.support.bases import on_base
 from tests.support.commands.runner import SHORT, UNSTABLE, succeeded
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 
 def test_compare_marks_the_best_of_each_row():
     text = succeeded("compare", "paper/sine-pi", "paper/sine-backstepping", *SHORT)

@@ -9,6 +9,8 @@ import pytest
 from hydroservo.cli.options import scenarios_like, studies_like, types_like
 from tests.support.commands.processes import HYDROSERVO
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 
 def offered(*words):
     """What bash is told for the last of some words."""

@@ -19,7 +19,7 @@ SHORT = ("--set", "simulation.duration=20 ms")
 C = ("export", "c", "paper/sine-pi", *SHORT)
 FIXED = on_base('simulation.duration = "1 ms"\ncontroller.type = "Fixed"\n')
 
-pytestmark = pytest.mark.usefixtures("forgotten")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("forgotten")]
 
 
 def names(prefix):
@@ -232,6 +232,7 @@ def other(compiler):
     return platform
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("what", ["fmu", "ssp"])
 def test_binaries_for_other_platforms(other, tmp_path, what):
     out = tmp_path / f"law.{what}"

@@ -12,6 +12,8 @@ from tests.support.commands.runner import failed, hydroservo_
 from tests.support.reports import check_report, text_of
 from tests.support.synthetic_logs import RANGES, SCENARIO, SHORT, exact_log, recorded, with_units
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 BRIEF = SHORT | {"simulation.duration": "0.3 s", "reference.period": "0.2 s"}
 SETTINGS = [f"--set={path}={value!r}" for path, value in BRIEF.items()]
 MASS = ("--vary", "plant.mass=-40%..+70%")
@@ -182,7 +184,6 @@ def test_a_command_that_never_changes_is_said(log, tmp_path):
     assert "command never changes: nothing excites the machine" in result.stderr
 
 
-@pytest.mark.slow
 def test_predictions_a_proposal_and_a_comparison_are_said(log, tmp_path):
     file, smaller = tmp_path / "next.csv", tmp_path / "smaller.toml"
     smaller.write_text(f'base = "{SCENARIO}"\n[identify.vary]\nplant.bulk_modulus = "-20%..+20%"\n', "utf-8")

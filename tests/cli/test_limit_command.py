@@ -9,6 +9,8 @@ from tests.support.commands.runner import failed, succeeded
 from tests.support.commands.tuning import rows_of
 from tests.support.reports import check_report
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 SHORTER = ("--set", "simulation.duration=0.06", "--set", "reference.period=0.06")  # s; a jump at half of it
 SQUARE = ("limit", "rig/1khz-pi-square", *SHORTER)
 

@@ -8,6 +8,8 @@ import pytest
 
 from tests.support.commands.runner import failed, succeeded
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 RIG = ("linearize", "rig/1khz-pi-sine")
 
 

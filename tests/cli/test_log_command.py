@@ -6,6 +6,8 @@ import pytest
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 from tests.support.reports import check_report
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 ROWS = "".join(f"{0.01 * k:.2f},{4.0 + k % 5:g},{10.0 + k:g},40\n" for k in range(40))
 MAPPING = """
 base = "axis/position"

@@ -18,6 +18,8 @@ from tests.support.commands.tuning import rows_of
 from tests.support.map_logs import scenario
 from tests.support.reports import check_report, text_of
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 
 @pytest.fixture
 def log(tmp_path):

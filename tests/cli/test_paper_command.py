@@ -1,7 +1,11 @@
 """Reproducing the paper."""
 
+import pytest
+
 from hydroservo.papers.tsmc_eha_2021 import study as paper_study
 from tests.support.commands.runner import succeeded
+
+pytestmark = pytest.mark.slow  # it runs and draws
 
 
 def test_paper_runs_the_study_writes_the_report_and_shows_verdicts(tmp_path, monkeypatch):

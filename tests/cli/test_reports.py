@@ -18,6 +18,8 @@ from tests.support.commands.runner import QUICK, SHORT, failed, succeeded
 from tests.support.needs import needs
 from tests.support.reports import check_report, page, text_of
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 RUN = ("run", "paper/sine-pi", *QUICK)
 COMPARE = ("compare", "paper/sine-pi", "paper/sine-backstepping", *SHORT)
 LINEARIZE = ("linearize", "axis/force")
@@ -196,7 +198,7 @@ PAPER = r"""
 """
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_figures_and_tables_are_set_by_a_latex_that_has_only_pgf_and_booktabs(tmp_path):
     needs("pdflatex")
     words = ("--figure-format", "pgf", "--figure-size", "one-column", "--out", tmp_path)

@@ -28,6 +28,8 @@ from tests.support.commands.tuning import (
     rows_of,
 )
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):

@@ -11,6 +11,8 @@ from tests.support.commands.runner import PLUGIN, failed, succeeded
 from tests.support.commands.tuning import GAIN
 from tests.support.equality import assert_same_block
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 SEARCH = """\
 base = "paper/sine-pi"
 [simulation]
@@ -43,7 +45,6 @@ def search(tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("search")
-@pytest.mark.slow
 def test_the_search_of_a_scenario_is_that_of_the_options():
     """Whichever of the scenarios is named."""
     said = json.loads(succeeded("tune", "my.toml", "--json"))
@@ -63,7 +64,6 @@ def test_the_search_of_a_scenario_is_that_of_the_options():
 
 
 @pytest.mark.usefixtures("search")
-@pytest.mark.slow
 def test_options_override_the_search_of_a_scenario():
     said = json.loads(
         succeeded("tune", "my.toml", "--vary", f"{GAIN}=1..2", "--scales=1", "--seeds", "1", "--json")

@@ -16,6 +16,7 @@ from hydroservo.runs.aims import Aim
 from hydroservo.runs.cautions import quietly
 from tests.support.export.agreement import assert_same_run
 from tests.support.export.fmus import parts_make_the_run, unpacked
+from tests.support.tiers import mostly
 
 SIGNALS = {  # unit, amount of a demand, gain
     "Velocity": ("m/s", 0.03, "5 V s/m"),
@@ -193,14 +194,14 @@ def test_a_batch_and_a_search_are_of_the_signal(signal: str, tmp_path: Path) -> 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::hydroservo.HydroservoWarning")  # of a demand below no pressure at all
-@pytest.mark.parametrize("source", SOURCES)
+@pytest.mark.parametrize("source", mostly(pytest.mark.nightly, SOURCES, ["PointToPoint"]))
 @pytest.mark.parametrize("signal", SIGNALS)
 def test_the_loop_in_c_gives_its_bits(signal: str, source: str, tmp_path: Path) -> None:
     """Law and demand in it."""
     assert_same_run(loop_of(tmp_path, signal, source), tmp_path, compiled=False)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("ignore::hydroservo.HydroservoWarning")  # as above
 @pytest.mark.parametrize(("signal", "source"), [*zip(cycle(SIGNALS), SOURCES, strict=False)])
 def test_the_law_as_an_fmu_gives_the_bits_of_the_run(signal: str, source: str, tmp_path: Path) -> None:

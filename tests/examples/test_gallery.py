@@ -10,9 +10,12 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import pytest
 
+from tests.support.tiers import mostly
+
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 INDEX = (GALLERY / "index.md").read_text(encoding="utf-8")
 SCRIPTS = sorted(path.stem for path in GALLERY.glob("*.py"))
+HERE = {*SCRIPTS} - {"laws_in_a_study"}
 LONG = {"a_matrix_of_matlab", "from_a_log", "reinforcement", "to_the_cortex_m"}
 
 TRUE = {  # of the logs' machines, in SI units
@@ -26,10 +29,6 @@ TRUE = {  # of the logs' machines, in SI units
 }
 
 
-def slow_if_long(name: str) -> object:
-    return pytest.param(name, marks=pytest.mark.slow) if name in LONG else name
-
-
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
@@ -38,8 +37,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     plt.close("all")
 
 
+@pytest.mark.slow  # runs and searches
 @pytest.mark.filterwarnings("default")  # a script may warn, as a notebook does
-@pytest.mark.parametrize("name", [slow_if_long(name) for name in SCRIPTS if name != "laws_in_a_study"])
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, sorted(HERE), HERE - LONG))
 def test_a_script_leaves_its_picture(name: str, folder: Path) -> None:
     spec = importlib.util.spec_from_file_location(name, GALLERY / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
@@ -53,7 +53,7 @@ def test_a_script_leaves_its_picture(name: str, folder: Path) -> None:
         assert module.found.parameters[path].value == pytest.approx(value, rel=0.01)
 
 
-@pytest.mark.slow  # processes of its own
+@pytest.mark.nightly  # processes of its own
 def test_the_study_is_a_program(folder: Path) -> None:
     line = [sys.executable, GALLERY / "laws_in_a_study.py"]
     done = subprocess.run(line, capture_output=True, text=True, check=False)

@@ -10,6 +10,8 @@ from typer.testing import CliRunner
 
 from hydroservo.cli.commands import app
 
+pytestmark = pytest.mark.slow  # runs and searches
+
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)

@@ -20,6 +20,7 @@ from hydroservo.testing.loops import signal_for, with_its_machine
 from tests.support.export.agreement import assert_same_run
 from tests.support.roles import NOTHING, blocks, role_of
 from tests.support.strategies import choices, going_together
+from tests.support.tiers import mostly
 from tools.targets.laws import LAWS, types_in
 
 PERIOD = 1e-4
@@ -49,7 +50,7 @@ def loop_of_choices(i: int) -> Loop:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("i", range(LOOPS))
+@pytest.mark.parametrize("i", mostly(pytest.mark.nightly, range(LOOPS), range(3)))
 def test_loops_of_all_blocks(i: int, tmp_path: Path) -> None:
     assert_same_run(loop_of_choices(i), tmp_path, compiled=False)
 

@@ -20,6 +20,7 @@ from hydroservo.testing.loops import signal_for
 from tests.support.export.agreement import same_bits
 from tests.support.needs import needs
 from tests.support.roles import playing
+from tests.support.tiers import mostly
 from tools.targets.host import library
 from tools.targets.laws import LAWS, PARTS, types_in
 from tools.targets.sources import Rows
@@ -67,7 +68,7 @@ def column(path: str) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, LAWS, ["PI", "TSMC implicit"]))
 def test_a_million_random_steps_of_each_law(name: str, tmp_path: Path) -> None:
     needs("gcc")
     law, simulation = LAWS[name], Simulation(period=PERIOD, duration=1.0)

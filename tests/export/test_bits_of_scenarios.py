@@ -13,10 +13,11 @@ from hydroservo.scenario import load_scenario
 from tests.support.digests import digest, stored
 from tests.support.export.agreement import assert_same_run, run_in_c
 from tests.support.scenarios import LOOPS
+from tests.support.tiers import mostly
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, LOOPS, ["axis/position", "paper/sine-tsmc"]))
 def test_built_in_scenarios(name: str, tmp_path: Path) -> None:
     # tests/regression holds the strict simulation against the same digests.
     found = {path: digest(values) for path, values in run_in_c(load_scenario(name), tmp_path).items()}

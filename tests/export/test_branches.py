@@ -12,6 +12,7 @@ from hydroservo.export.unit import Part
 from hydroservo.scenario import load_scenario, scenarios
 from tests.support.export.branches import searched
 from tests.support.export.small_laws import NAMED, law
+from tests.support.tiers import mostly
 
 RARE = """\
 u = self.gain * y.velocity
@@ -69,7 +70,14 @@ def test_machines_and_loops_are_searched_too(part: Part, missed: int, tmp_path: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in scenarios() if not name.endswith("-square")])
+@pytest.mark.parametrize(
+    "name",
+    mostly(
+        pytest.mark.nightly,
+        [name for name in scenarios() if not name.endswith("-square")],
+        ["paper/sine-tsmc"],
+    ),
+)
 def test_controllers_are_right_in_the_branches_that_are_found(name: str, tmp_path: Path) -> None:
     loop = load_scenario(name)
     unit = exported_unit(loop, Part.CONTROLLER, **NAMED)

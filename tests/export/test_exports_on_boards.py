@@ -15,7 +15,7 @@ from tools.targets.boards import COMPILER, Board, compiled, image, ran
 from tools.targets.host import library
 from tools.targets.symbols import foreign, undefined
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 EMULATOR = "qemu-system-arm"
 FEW = 100  # samples of a machine: the Cortex-M4F has no doubles in hardware

@@ -10,7 +10,7 @@ from tests.support.export.sanitizers import watched
 from tests.support.needs import needs
 from tools.targets.host import library
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)

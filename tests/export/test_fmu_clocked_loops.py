@@ -42,6 +42,7 @@ def seen(controller: Instance, machine: Instance, t: float) -> dict[str, float]:
     return values | {name: demand[name.removeprefix("demand.")] for name in wanted}
 
 
+@pytest.mark.slow  # it builds two FMUs
 def test_a_clocked_controller_and_a_machine_make_the_loop(tmp_path_factory: pytest.TempPathFactory) -> None:
     data = simulate(short(TSMC, PERIOD), strict=True)
     law = fmu(tmp_path_factory.mktemp("law"), TSMC, clocked=True)
@@ -68,6 +69,7 @@ def test_a_clocked_controller_and_a_machine_make_the_loop(tmp_path_factory: pyte
             np.testing.assert_array_equal(values, data[name].values[:SAMPLES], err_msg=name)
 
 
+@pytest.mark.nightly  # it builds five FMUs
 def test_two_clocks_beside_steps_of_another_size(tmp_path_factory: pytest.TempPathFactory) -> None:
     """A machine of 2 kHz, its controller of 1 kHz, and one of 500 Hz that watches it: as without clocks."""
     body = fmu(tmp_path_factory.mktemp("body"), TSMC, 0.5 * PERIOD, Part.MACHINE)

@@ -31,6 +31,7 @@ def run(folder: Path) -> list[list[float]]:
     return rows
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("version", FmiVersion, ids=lambda version: version.name)
 def test_a_binary_of_fmpys_own_has_the_same_bits(version: FmiVersion, tmp_path: Path) -> None:
     needs("cc", "cmake", "make")

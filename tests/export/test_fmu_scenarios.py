@@ -17,6 +17,7 @@ from hydroservo.export.unit import Part, Signal, Unit
 from hydroservo.scenario import load_scenario
 from tests.support.export.fmus import Instance, parts_make_the_run
 from tests.support.scenarios import MACHINES
+from tests.support.tiers import mostly
 
 pytestmark = pytest.mark.slow
 
@@ -24,7 +25,7 @@ RUN = ("paper/sine-tsmc", "rig/encoder-tsmc-square", "rig/excavator-link", "axis
 SAMPLES = 1000
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, MACHINES, ["axis/position"]))
 def test_descriptions_are_valid(name: str, tmp_path: Path) -> None:
     loop = load_scenario(name)
     for part in Part:
@@ -76,7 +77,7 @@ def version(request: pytest.FixtureRequest) -> FmiVersion:
     return request.param
 
 
-@pytest.fixture(scope="module", params=RUN)
+@pytest.fixture(scope="module", params=mostly(pytest.mark.nightly, RUN, RUN[:1]))
 def folders(
     request: pytest.FixtureRequest, version: FmiVersion, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[str, dict[Part, Path]]:

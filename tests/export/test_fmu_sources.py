@@ -82,6 +82,7 @@ def test_a_binary_shows_fmi_alone_and_needs_little(sources: dict[str, Path], pre
     assert all(LIBRARY.match(name) or "snprintf" in name for name in needed), needed
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("prefix", "said"), [("mass", "2 instances, 1000 samples"), ("axis", "1 instance")])
 def test_sanitizers_find_nothing(sources: dict[str, Path], prefix: str, said: str, tmp_path: Path) -> None:
     words = ("-O1", *SANITIZED)
@@ -103,6 +104,7 @@ def test_two_fmus_fit_into_one_program(sources: dict[str, Path], tmp_path: Path)
     assert run(tmp_path, "./both") == "2 instances, 1000 samples\n"
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("sources", [CLOCKED], indirect=True)
 def test_random_calls_of_a_clock_are_answered_as_fmi_has_them(
     sources: dict[str, Path], tmp_path: Path
@@ -110,6 +112,7 @@ def test_random_calls_of_a_clock_are_answered_as_fmi_has_them(
     assert random_calls(sources["toy"], "clock_driver.c", tmp_path) == "300000 calls\n"
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("sources", FmiVersion, indirect=True)
 def test_random_calls_of_equations_are_answered_as_fmi_has_them(
     sources: dict[str, Path], tmp_path: Path

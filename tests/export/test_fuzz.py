@@ -31,7 +31,7 @@ def test_half_of_each_block_is_left_as_it_is() -> None:
     assert not np.array_equal(rows, fuzzed(normal, seed=2), equal_nan=True)
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.parametrize("compiler", ["gcc", pytest.param("clang", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("unit", [toy(), single()], ids=["double", "single"])
 def test_nothing_undefined_and_nothing_beyond_the_limits(unit: Unit, compiler: str, tmp_path: Path) -> None:
     needs(compiler)

@@ -10,7 +10,17 @@ from tests.support.needs import needs
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.txt"))  # laws that were wrong once
 
 
-@pytest.mark.parametrize("flags", [("-O2",), SANITIZED], ids=["optimized", "sanitized"])
+each_build = pytest.mark.parametrize(
+    "flags",
+    [
+        pytest.param(("-O2",), id="optimized"),
+        pytest.param(SANITIZED, id="sanitized", marks=pytest.mark.nightly),
+    ],
+)
+
+
+@pytest.mark.slow  # compiles each law
+@each_build
 def test_random_laws_agree_or_are_refused(flags: tuple[str, ...], tmp_path: Path) -> None:
     needs("gcc")
     counts, found = campaign(0 if flags == SANITIZED else 1000, 50, tmp_path, flags)
@@ -18,7 +28,7 @@ def test_random_laws_agree_or_are_refused(flags: tuple[str, ...], tmp_path: Path
     assert counts["agreed"] >= 10
 
 
-@pytest.mark.parametrize("flags", [("-O2",), SANITIZED], ids=["optimized", "sanitized"])
+@each_build
 def test_laws_that_were_wrong_once_are_no_more(flags: tuple[str, ...], tmp_path: Path) -> None:
     needs("gcc")
     found = [tried(one.stem, one.read_text(encoding="utf-8"), tmp_path) for one in CORPUS]

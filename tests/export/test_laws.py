@@ -26,12 +26,14 @@ def unit_of(name: str, precision: Precision) -> Unit:
     return exported_unit(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", LAWS)
 def test_cppcheck_finds_in_no_law_what_it_does_not_in_scenarios(name: str, tmp_path: Path) -> None:
     needs("cppcheck")
     assert unaccepted(findings(unit_of(name, Precision.DOUBLE), tmp_path)) == []
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", LAWS)
 def test_each_law_keeps_to_the_standard_while_it_is_watched(name: str, tmp_path: Path) -> None:
     needs("clang")

@@ -10,6 +10,7 @@ from hydroservo.export.unit import Operations, Part
 from tests.support.export.counting import COMPILER, operations_done
 from tests.support.export.small_laws import NAMED, law
 from tests.support.needs import needs
+from tests.support.tiers import mostly
 from tools.targets.controllers import controllers
 from tools.targets.instructions import PAGE, compared, instructions_shown
 
@@ -46,7 +47,14 @@ def test_a_loop_that_its_numbers_end_has_no_most(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow  # each compiles
-@pytest.mark.parametrize("name", ["PI", "TSMC implicit", "industrial axis", "laws/lq-sine", "laws/mpc-sine"])
+@pytest.mark.parametrize(
+    "name",
+    mostly(
+        pytest.mark.nightly,
+        ["PI", "TSMC implicit", "industrial axis", "laws/lq-sine", "laws/mpc-sine"],
+        ["PI"],
+    ),
+)
 def test_no_step_of_the_c_takes_more_and_some_take_nearly_as_much(name: str, tmp_path: Path) -> None:
     """Where a condition is short or a choice is made, a step takes less than at most."""
     needs(COMPILER)
@@ -58,7 +66,7 @@ def test_no_step_of_the_c_takes_more_and_some_take_nearly_as_much(name: str, tmp
     assert 0.94 * unit.operations.total <= most <= unit.operations.total
 
 
-@pytest.mark.slow  # it exports every combination of blocks
+@pytest.mark.nightly  # it exports every combination of blocks
 def test_operations_rank_controllers_as_instructions_do() -> None:
     found = compared(controllers(), instructions_shown(PAGE.read_text("utf-8")))
     assert len(found.names) == len(controllers())

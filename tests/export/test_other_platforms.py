@@ -27,7 +27,7 @@ from tests.support.export.toy import toy
 from tests.support.needs import needs
 from tools.targets.sources import Rows
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 FMUS = (
     (Case("rig/excavator-link"), FmiVersion.FMI2),

@@ -75,6 +75,7 @@ def test_binaries_are_where_the_standard_wants_them(platform: Platform, places: 
     )
 
 
+@pytest.mark.nightly
 def test_an_fmu_holds_a_binary_for_each_platform(tmp_path: Path) -> None:
     needs("cc", TOOLCHAINS[ARM].cross, TOOLCHAINS[WINDOWS].cross)
     chosen = (LINUX, ARM, WINDOWS)

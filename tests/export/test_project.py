@@ -23,7 +23,7 @@ FILES = ["law.h", "law.c", "law_vectors.h", "law_replay.c", "Makefile", "README.
 SEMIHOSTING = "-semihosting-config enable=on,target=native"
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 
-each_compiler = pytest.mark.parametrize("compiler", ["gcc", "clang"])
+each_compiler = pytest.mark.parametrize("compiler", ["gcc", pytest.param("clang", marks=pytest.mark.slow)])
 
 
 @pytest.fixture
@@ -101,6 +101,7 @@ def change(file: Path, old: str, new: str) -> None:
     file.write_text(text)
 
 
+@pytest.mark.nightly
 def test_a_cross_compiler_builds_the_code(folder: Path) -> None:
     needs("make", "arm-none-eabi-gcc")
     lines = re.findall(r"^make law\.o CC=(\S+) CFLAGS='(.*)'$", (folder / "README.md").read_text(), re.M)
@@ -112,6 +113,7 @@ def test_a_cross_compiler_builds_the_code(folder: Path) -> None:
         subprocess.run(words, cwd=folder, check=True)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.name)
 def test_the_replay_runs_on_an_emulated_target(folder: Path, board: Board) -> None:
     needs("make", COMPILER, "qemu-system-arm")
@@ -170,6 +172,7 @@ def test_a_compiler_that_does_not_work_measures_nothing_and_the_readme_says_why(
     assert f"It was not measured when this folder was written: {why}. `make check` does it." in text
 
 
+@pytest.mark.nightly
 def test_a_program_for_another_machine_measures_nothing(
     single: tuple[Unit, Vectors], monkeypatch: pytest.MonkeyPatch
 ) -> None:

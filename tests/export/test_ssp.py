@@ -17,6 +17,9 @@ from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario
 from tests.support.export.fmus import Instance
 from tests.support.needs import needs
+from tests.support.tiers import mostly
+
+pytestmark = pytest.mark.slow  # it builds three FMUs
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SAMPLES = 200
@@ -28,7 +31,11 @@ def units() -> dict[Part, Unit]:
     return {part: exported_unit(LOOP, part, prefix=part.value, title=f"a {part}") for part in PARTS}
 
 
-@pytest.fixture(scope="module", params=FmiVersion, ids=lambda version: version.name)
+@pytest.fixture(
+    scope="module",
+    params=mostly(pytest.mark.nightly, FmiVersion, [FmiVersion.FMI2]),
+    ids=lambda version: version.name,
+)
 def system(
     units: dict[Part, Unit], request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Path:

@@ -14,6 +14,8 @@ from tools.targets.costs import Sections, costs, sections
 from tools.targets.stack import deepest
 from tools.targets.symbols import foreign, undefined
 
+pytestmark = pytest.mark.nightly
+
 EMULATOR = "qemu-system-arm"
 FAULT = "*(volatile int *)0xFFFFFFF0u = 1;"
 

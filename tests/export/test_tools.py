@@ -19,7 +19,12 @@ from tools.targets.symbols import foreign, undefined
 
 COMPILERS = ("gcc", "clang")
 
+pytestmark = pytest.mark.slow  # several compilers for each
+
 each_compiler = pytest.mark.parametrize("compiler", COMPILERS)
+each_sanitizer = pytest.mark.parametrize(
+    "compiler", ["gcc", pytest.param("clang", marks=pytest.mark.nightly)]
+)
 
 
 @each_unit
@@ -107,14 +112,14 @@ def test_single_precision_holds_no_double(compiler: str, tmp_path: Path) -> None
 
 
 @each_unit
-@each_compiler
+@each_sanitizer
 def test_sanitizers_are_silent(unit: Unit, compiler: str, tmp_path: Path) -> None:
     needs(compiler, "gcc")
     states = watched(unit, tmp_path, compiler).run(inputs(unit))
     assert states.tobytes() == library(unit, tmp_path).run(inputs(unit)).tobytes()
 
 
-@each_compiler
+@each_sanitizer
 @pytest.mark.parametrize(
     ("expression", "error"),
     [
@@ -146,12 +151,14 @@ def test_a_call_of_the_maths_library_is_seen(compiler: str, tmp_path: Path) -> N
     assert foreign(undefined(compiled(unit, tmp_path, compiler, ["-O2"]))) == {"pow"}
 
 
+@pytest.mark.nightly
 @each_unit
 def test_cppcheck_finds_nothing_but_accepted_deviations(unit: Unit, tmp_path: Path) -> None:
     needs("cppcheck")
     assert unaccepted(findings(unit, tmp_path)) == []
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("old", "new", "rule"),
     [
@@ -181,6 +188,7 @@ def test_cppcheck_finds(old: str, new: str, rule: str, tmp_path: Path) -> None:
     assert rule in {one.rule for one in found}
 
 
+@pytest.mark.nightly
 def test_brackets_that_cppcheck_loses_are_seen(tmp_path: Path) -> None:
     needs("cppcheck")
     unit = changed(toy(), "return (x < low) ? low :", "return (x < low) ? (low + high) :")
@@ -192,6 +200,7 @@ def test_an_accepted_deviation_is_one_by_its_number() -> None:
     assert unaccepted([Finding("toy.c:1", "19.2", ""), other]) == [other]
 
 
+@pytest.mark.nightly
 def test_callgrind_counts_the_instructions_of_a_step(tmp_path: Path) -> None:
     needs("gcc", "valgrind")
     fewer = instructions(idling(1000), inputs(toy(), 100), tmp_path)

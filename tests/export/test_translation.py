@@ -140,7 +140,13 @@ TRANSLATED = [
 
 
 @pytest.mark.parametrize("body", TRANSLATED)
-@pytest.mark.parametrize("changes", [{}, {"turns": 3, "reverse": True}], ids=["as given", "changed"])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        pytest.param({}, id="as given"),
+        pytest.param({"turns": 3, "reverse": True}, id="changed", marks=pytest.mark.slow),
+    ],
+)
 def test_c_and_machine_code_do_what_python_does(
     body: str, changes: dict[str, object], tmp_path: Path
 ) -> None:

@@ -18,7 +18,7 @@ from tests.support.commands.processes import HYDROSERVO
 from tests.support.work.clusters import cluster, workers_of
 from tests.support.work.units import contents
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 RUNS, PARTS = 1_000_000, 62
 BATCH = (

@@ -15,7 +15,7 @@ from tests.support.digests import digest
 from tests.support.export.emulators import run
 from tests.support.needs import needs
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 VARIED = {
     "axis/pump-controlled": "plant.mechanism.mass",

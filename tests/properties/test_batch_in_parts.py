@@ -14,6 +14,7 @@ from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.stored_batch import SampledBatch, Workers, simulate_in_parts, table_of_runs
 from hydroservo.testing.examples import example
 from hydroservo.work.doing import UnitsError
+from tests.support.tiers import mostly
 from tests.support.work.units import contents
 
 RUNS = 131
@@ -58,7 +59,7 @@ def assert_same_table(found, expected):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", mostly(pytest.mark.nightly, CASES, [*CASES][:1]))
 def test_rows_have_the_bits_of_one_table_whatever_the_parts(tmp_path, case):
     one = sampled(case)
     expected = in_one(one)
@@ -79,7 +80,7 @@ def test_processes_and_threads_come_to_the_same_bytes(tmp_path):
     assert contents(tmp_path / "one") == contents(tmp_path / "threads") == contents(tmp_path / "processes")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_dask_comes_to_the_same_bytes(tmp_path):
     from tests.support.work.clusters import cluster
 

@@ -13,6 +13,7 @@ from hydroservo.runs import batch
 from hydroservo.runs.batch import simulate_batch
 from tests.support.cuda_cases import LOOPS, diverging, drawn
 from tests.support.ptx_machine import PtxDriver
+from tests.support.tiers import mostly
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:valve.max_opening")]
 
@@ -23,7 +24,7 @@ def device(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("device")
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, LOOPS, [*LOOPS][:1]))
 @settings(max_examples=3, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     runs=st.integers(1, 5), most=st.integers(1, 5), chunk=st.integers(1, 20), seed=st.integers(0, 2**32 - 1)

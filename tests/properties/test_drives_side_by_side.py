@@ -19,6 +19,7 @@ from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.run import ready
 from hydroservo.runs.step_sizes import fastest
 from hydroservo.testing.examples import example
+from tests.support.tiers import mostly
 
 WATCHED = group(by_class([Energy(), PistonTravel()]))
 PUMPED = example(
@@ -61,7 +62,7 @@ LOOPS: dict[str, tuple[Loop, dict[str, tuple[float, float]]]] = {
 
 
 @pytest.mark.slow  # each compiles two kernels of a whole machine
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, LOOPS, [*LOOPS][:1]))
 def test_each_run_has_the_bits_of_its_single_run(name: str) -> None:
     """What starts open, in hoses and at a load-sensing pump, is found for each run."""
     loop, ranges = LOOPS[name]

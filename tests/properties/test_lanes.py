@@ -20,6 +20,7 @@ from hydroservo.machine.valves import FirstOrderValve, FourCurves, FourEdges, St
 from hydroservo.runs import batch
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.testing.examples import example
+from tests.support.tiers import mostly
 
 pytestmark = [  # each compiles lanes
     pytest.mark.slow,
@@ -72,7 +73,7 @@ def assert_like_single_runs(loop: Loop, parameters: Mapping[str, Any], table: xr
             assert same(float(table[name][run]), float(single[name])), (run, name)
 
 
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, LOOPS, ["tsmc"]))
 @settings(max_examples=4)
 @given(runs=st.integers(1, 70), seed=st.integers(0, 2**32 - 1))
 def test_each_run_has_the_bits_of_its_single_run(name: str, runs: int, seed: int) -> None:

@@ -18,7 +18,7 @@ from tests.support.commands.processes import needs_posix
 from tests.support.work.clusters import cluster, replaced
 from tests.support.work.units import MANIFEST, contents, units
 
-pytestmark = [needs_posix, pytest.mark.slow]
+pytestmark = [needs_posix, pytest.mark.nightly]
 
 COUNT = 60  # units
 PATIENCE = 120.0  # s, for what is left when nothing is killed any more

@@ -13,6 +13,7 @@ from hydroservo.core.block import value_at
 from hydroservo.linear.open_loop import opened
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.scenario import scenarios
+from tests.support.tiers import mostly
 
 DOCS = Path(__file__).parents[2] / "docs"
 FOUND = json.loads((DOCS / "cases.json").read_text("utf-8"))
@@ -44,7 +45,7 @@ def test_the_page_has_a_row_for_each_law_of_a_case(case: str) -> None:
     assert sorted(row[0] for row in rows) == sorted(FOUND[case])
 
 
-@pytest.mark.slow  # forty runs
+@pytest.mark.nightly  # forty runs
 @pytest.mark.parametrize("law", ["pi", "industrial"])
 def test_a_row_is_what_the_script_makes_of_what_it_found(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scripts = DOCS.parent / "scripts"
@@ -54,7 +55,7 @@ def test_a_row_is_what_the_script_makes_of_what_it_found(law: str, monkeypatch: 
 
 
 @pytest.mark.slow  # two laws each
-@pytest.mark.parametrize("case", REMEDIES)
+@pytest.mark.parametrize("case", mostly(pytest.mark.nightly, REMEDIES, [*REMEDIES][:2]))
 def test_a_remedy_is_worth_its_name(case: str) -> None:
     remedy, left = REMEDIES[case]
     changes = [FOUND[case][law] | {"uncertainty.scale": 0} for law in ("pi", remedy)]

@@ -13,6 +13,7 @@ import pytest
 from hydroservo import linear, load_scenario, replace
 from hydroservo.audits import chatter
 from hydroservo.audits.describing import frozen
+from tests.support.tiers import mostly
 from tools.chatter import LAWS, Case, cases, judged
 
 ROOT = Path(__file__).parents[2]
@@ -60,7 +61,9 @@ def test_a_pi_law_swings_at_its_phase_crossover() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["TSMC, explicit", "super-twisting", "PI"])
+@pytest.mark.parametrize(
+    "law", mostly(pytest.mark.nightly, ["TSMC, explicit", "super-twisting", "PI"], ["PI"])
+)
 def test_what_is_foretold_is_what_a_run_shows(law: str) -> None:
     """The first loops of the documentation's table, of which all but one in six are foretold rightly."""
     found = [judged(case) for case in cases(6) if case.law == law]

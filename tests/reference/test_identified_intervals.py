@@ -34,12 +34,12 @@ def held() -> dict[str, list[bool]]:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly  # many logs each
 def test_what_no_log_tells_is_not_said_to_be_told(held):
     assert not any(held[path] for path in (*TOGETHER, SILENT))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly  # many logs each
 @pytest.mark.parametrize("path", TOLD)
 def test_intervals_hold_the_truth_as_often_as_they_say(path, held):
     assert len(held[path]) > 0.97 * SEEDS

@@ -18,6 +18,7 @@ from hydroservo.limits.machine import lawless, machine_limits
 from hydroservo.machine.drives.ports import Ports
 from hydroservo.machine.loads import Constant
 from hydroservo.machine.valves import StaticValve
+from tests.support.tiers import mostly
 
 PERIOD, SUBSTEPS = 1e-3, 4
 QUICK = {"simulation.duration": 0.25, "reference.period": 0.3}  # of a square: it jumps at 0.15 s
@@ -223,7 +224,7 @@ OTHERS = ["rig/encoder-tsmc-square", "rig/noisy-1khz-pi-square", "laws/lq-sine",
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, OTHERS, [*OTHERS][:1]))
 def test_no_law_with_other_sensors_is_below_its_limit(name: str):
     loop = load_scenario(name)
     shorter = {"simulation.duration": 0.5}

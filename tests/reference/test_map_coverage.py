@@ -16,7 +16,7 @@ def mapped(kind, log):
     return hs.map_logs(kind, log, scenario(kind.replace("-", "_")))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly  # many logs each
 @pytest.mark.parametrize(
     ("kind", "left_out"),
     [(kind, ()) for kind in ("valve-flow", "pressure-gain", "friction", "decay")]
@@ -38,7 +38,7 @@ def test_intervals_hold_the_truth_and_no_bias_is_as_wide(kind, left_out):
         assert abs(error) < half, name
 
 
-@pytest.mark.slow
+@pytest.mark.nightly  # many logs each
 @pytest.mark.parametrize("lasts", [5.0, 40.0])
 def test_an_offset_of_a_sensor_is_an_unknown_of_a_long_decay(lasts):
     held = []

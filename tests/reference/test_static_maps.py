@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 import hydroservo as hs
 from tests.support.map_logs import scenario, seen
+from tests.support.tiers import mostly
 
 SEEDS = range(3)
 ROOT = Path(__file__).parents[2]
@@ -35,7 +36,7 @@ def load_flow(loop, opening):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", mostly(pytest.mark.nightly, SEEDS, [0]))
 def test_a_sweep_gives_back_the_valve(seed):
     found = hs.map_logs("valve-flow", seen("valve_flow", seed), scenario("valve_flow"))
     gain = load_flow(BENCH, BENCH.valve.gain)
@@ -64,7 +65,7 @@ def blocked_gain(loop):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", mostly(pytest.mark.nightly, SEEDS, [0]))
 def test_a_sweep_with_blocked_ports_gives_back_the_pressure_gain(seed):
     found = hs.map_logs("pressure-gain", seen("pressure_gain", seed), scenario("pressure_gain"))
     loop = hs.load_scenario(scenario("pressure_gain"))
@@ -76,7 +77,7 @@ def test_a_sweep_with_blocked_ports_gives_back_the_pressure_gain(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", mostly(pytest.mark.nightly, SEEDS, [0]))
 def test_moves_give_back_friction(seed):
     found = hs.map_logs("friction", seen("friction", seed), scenario("friction"))
     true = BENCH.plant.friction
@@ -86,7 +87,7 @@ def test_moves_give_back_friction(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", mostly(pytest.mark.nightly, SEEDS, [0]))
 @pytest.mark.parametrize("name", ["decay", "compression"])
 def test_pressures_behind_blocked_ports_give_back_leakage_and_bulk_modulus(name, seed):
     found = hs.map_logs("decay", seen(name, seed), scenario(name))

@@ -16,6 +16,7 @@ from tests.support.independent_machines import (
     scenario,
     simulated,
 )
+from tests.support.tiers import mostly
 
 WIDE = "-40%..+70%"
 LOGS, SECONDS = 2, 1.2
@@ -79,7 +80,9 @@ def test_the_engine_agrees_with_equations_solved_apart(machine: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CASES, ids=[case.machine for case in CASES])
+@pytest.mark.parametrize(
+    "case", mostly(pytest.mark.nightly, CASES, CASES[:2]), ids=[case.machine for case in CASES]
+)
 def test_right_models_fit_and_wrong_ones_do_not(case: Case) -> None:
     truth = numbers_of(case.machine, {})
     for log in measured(case.machine, case.signals, LOGS, SECONDS, seed=1):

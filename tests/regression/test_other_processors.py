@@ -17,7 +17,7 @@ print(json.dumps([digests_of(scenario) for scenario in sys.argv[1:]]))
 """
 
 
-@pytest.mark.slow
+@pytest.mark.nightly  # runs thrice
 def test_gains_and_starts_have_the_same_bits_with_other_kernels_of_openblas() -> None:
     found = [bits_with(kernel) for kernel in ("Prescott", "Nehalem", "")]
     assert found[0] == found[1] == found[2]

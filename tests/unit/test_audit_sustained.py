@@ -14,6 +14,8 @@ from hydroservo.control.loop import Loop
 from hydroservo.show import Mark
 from tests.support.brink import at_the_brink
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 STICKING = {  # and a valve without hysteresis and overlap, so that nothing but friction is left to hunt by
     "simulation.duration": "10 s",
     "valve.hysteresis": "0 um",

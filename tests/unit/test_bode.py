@@ -22,6 +22,8 @@ from hydroservo.linear.responses import responses
 from hydroservo.show import Mark
 from tests.support.brink import at_the_brink
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 MEASURED = ("machine", "open", "closed", "compliance", "open_compliance")
 CLEAN = 0.999  # coherence
 DECIBEL = math.log(10.0) / 20.0
@@ -74,7 +76,6 @@ def test_a_chirp_has_the_derivatives_that_it_says() -> None:
     assert chirp.at(0.0) == pytest.approx((0.0, 0.0, chirp.at(2.0).second_rate), abs=1e-9)
 
 
-@pytest.mark.slow  # compiles another loop
 def test_a_loop_with_a_computing_delay_agrees_too() -> None:
     loop = rig(hold=DelayedHold(4e-4))
     compare(loop, bode(loop, amplitude=5e-3))

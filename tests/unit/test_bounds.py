@@ -15,6 +15,8 @@ from hydroservo.runs.tuned_finding import tuned_finding
 from hydroservo.scenario.tune_table import checked_part
 from tests.support.brink import at_the_brink
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 AXIS = "examples/axis.toml"
 GAINS = ("controller.proportional_gain", "controller.integral_gain")
 RIG = "rig/1khz-pi-sine"

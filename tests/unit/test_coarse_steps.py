@@ -5,6 +5,8 @@ import pytest
 
 from tests.support.commanded_logs import fit, moves
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 SLOW = {"valve.gain": "0.03 mm/V"}
 FAST = {"valve.gain": "0.3 mm/V"}  # of which the piston runs into its end stops
 FOUR = {

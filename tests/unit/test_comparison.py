@@ -79,7 +79,7 @@ def bench_log(changes, seed):
     }
 
 
-@pytest.mark.slow
+@pytest.mark.nightly  # three searches each
 @pytest.mark.parametrize(("truth", "earns"), [({}, True), (COULOMB, False)])
 def test_lugre_earns_its_numbers_where_friction_is_lugre_alone(truth, earns):
     log = bench_log(MOVES | truth, 0)

@@ -22,7 +22,7 @@ from hydroservo.runs.run import ready
 from hydroservo.testing.examples import example
 from tests.support.ptx_machine import PtxDriver, Status
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 LOOP = example(Loop, Simulation(0.002, 1e-4))
 MASSES = {"plant.mass": np.linspace(4.0, 8.0, 3)}

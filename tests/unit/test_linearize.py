@@ -16,6 +16,7 @@ from hydroservo.linear.linearization_finding import linearization_finding
 from hydroservo.machine.loads import Constant
 from hydroservo.machine.starts import Steady
 from hydroservo.runs.provenance import scenario_hash
+from tests.support.tiers import mostly
 
 
 def rig(**changes: object) -> Loop:
@@ -142,7 +143,14 @@ def test_steady_gains_integrate_differentiate_or_stay() -> None:
     assert linearize(rig(), "loop").steady_gain("velocity", "added_command") == 0.0
 
 
-@pytest.mark.parametrize("name", [name for name in hs.scenarios() if "-square" not in name])
+@pytest.mark.parametrize(
+    "name",
+    mostly(
+        pytest.mark.nightly,
+        [name for name in hs.scenarios() if "-square" not in name],
+        ["axis/position", "paper/sine-tsmc"],
+    ),
+)
 @pytest.mark.slow  # every built-in scenario
 def test_every_machine_has_a_linear_model(name: str) -> None:
     model = linearize(load_scenario(name))

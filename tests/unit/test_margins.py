@@ -33,6 +33,7 @@ from hydroservo.machine.loads import Constant
 from hydroservo.machine.starts import Steady
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
+from tests.support.tiers import mostly
 
 
 def rig(**changes: object) -> Loop:
@@ -150,7 +151,7 @@ LAWS = {
 
 
 @pytest.mark.slow  # many loops in plain Python
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, LAWS, [*LAWS][:1]))
 @pytest.mark.parametrize("delay", [0.0, 4e-4])
 @pytest.mark.parametrize("command", [0.0, 0.05])
 def test_closed_it_moves_as_the_loop_does(name: str, delay: float, command: float) -> None:

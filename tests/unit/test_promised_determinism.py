@@ -11,6 +11,8 @@ import pytest
 
 from tools.promises.determinism import CASES, Case, Surroundings, difference, drawn, outcome, plain
 
+pytestmark = pytest.mark.nightly
+
 ROOT = Path(__file__).parents[2]
 HERE = Surroundings(sys.executable)
 
@@ -62,7 +64,6 @@ print(sum(not row["broken"] for row in determinism.count_determinism(2, 1, lambd
 """
 
 
-@pytest.mark.slow  # it compiles a loop for two processors
 def test_a_short_count_finds_no_difference() -> None:
     environment = {**os.environ, "HYDROSERVO_PYTHONS": ""}
     done = subprocess.run(

@@ -82,7 +82,7 @@ print(sum(row["attempts"] for row in count_inputs(300, 7, lambda _: None) if not
 """
 
 
-@pytest.mark.slow  # it loads all that ships first
+@pytest.mark.nightly  # it loads all that ships first
 def test_a_short_count_finds_nothing() -> None:
     done = subprocess.run([sys.executable, "-c", COUNT], cwd=ROOT, text=True, capture_output=True, check=True)
     assert done.stdout.split() == ["300"]

@@ -30,6 +30,8 @@ from tools.promises.trials import Folders, broken
 from tools.promises.trials import Trial as Tried
 from tools.promises.verdicts import VERDICTS, Judged, apart, count_verdicts, outcome, tallied
 
+pytestmark = pytest.mark.nightly
+
 ROOT = Path(__file__).parents[2]
 DIED, WELL = Ended(KILLED, "", "", 1.0), Ended(0, "", "", 1.0)
 OLD, NEW = ({"a.csv": f"{age} a", "metrics.json": f"{age} m"} for age in ("old", "new"))
@@ -187,7 +189,6 @@ def test_a_verdict_and_its_label_are_held_against_each_other(said, true, found):
     assert tally["broken"] + tally["wrong and warned"] == (found in ("false", "missed"))
 
 
-@pytest.mark.slow  # it compiles several machines, by hand too
 def test_a_short_count_of_verdicts_finds_them_right():
     rows = {row["verdict"]: row for row in count_verdicts(16, 0, lambda _: None)}
     for name in ("diverged", "left the stroke", "below vacuum"):
@@ -196,7 +197,6 @@ def test_a_short_count_of_verdicts_finds_them_right():
     assert rows["left the stroke"]["rightly said"] > 0
 
 
-@pytest.mark.slow  # each compiles a machine by hand
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
@@ -215,7 +215,6 @@ def test_machines_written_by_hand_move_as_the_blocks_do(name, changes):
 
 
 @needs_posix
-@pytest.mark.slow  # it imports everything, and runs commands for seconds
 @pytest.mark.parametrize(("how", "kills", "broken"), [("as it is", 4, False), ("halves", 10, True)])
 def test_a_short_count_finds_half_files_if_there_are_any(how, kills, broken):
     words = [sys.executable, "-c", HALVES, how, str(kills)]
@@ -288,7 +287,6 @@ def may_mount(folder):
 
 
 @needs_posix
-@pytest.mark.slow  # as above
 def test_a_short_count_of_each_finds_nothing_broken(tmp_path):
     needs("strace")
     code = COUNTS % {"strace": sys.platform == "linux", "mount": may_mount(tmp_path)}

@@ -36,6 +36,7 @@ from hydroservo.scenario import load_scenario, parse_override
 from hydroservo.testing.examples import example
 from tests.support.equality import assert_same_block
 from tests.support.scenarios import MACHINES
+from tests.support.tiers import mostly
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SHORT = Simulation(duration=0.5, period=1e-3, record_period=1e-3)
@@ -110,7 +111,7 @@ def test_only_what_is_finite_counts() -> None:
 
 @pytest.mark.filterwarnings("ignore:nothing is asked for")  # in so short a run
 @pytest.mark.slow  # each compiles a loop
-@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, MACHINES, ["axis/position", "paper/sine-tsmc"]))
 def test_built_in_scenarios_are_trusted(name: str) -> None:
     loop = load_scenario(name, {"simulation.duration": "0.1 s"})
     data = simulate(loop)

@@ -10,7 +10,7 @@ from hydroservo.studies.pairs import pairs_of
 from hydroservo.studies.trials import Rules
 from tools.planted import Spreads, coverage, normal, student, trials, with_lost
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 STUDIES = 1000
 SPREADS = {"alike": Spreads(own=0.05), "unlike": Spreads(own=0.3)}
