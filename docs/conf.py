@@ -64,6 +64,7 @@ nb_execution_show_tb = True
 nb_output_stderr = "remove"
 nb_merge_streams = True
 nb_render_markdown_format = "myst"
+suppress_warnings = ["myst-nb.lexer"]  # of cells that are not executed
 
 html_theme = "furo"
 html_title = f"hydroservo {release}"

@@ -24,7 +24,7 @@ from hydroservo.scenario import load_scenario, parse_override
 from tests.support.commands.processes import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 
-pytestmark = pytest.mark.slow  # it runs and draws
+pytestmark = pytest.mark.nightly  # tests.regression runs each command
 
 NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
 NOISY = "sensors={type='NoisySensors', velocity_noise='0.5 mm/s', hydraulic_force_noise='5 N'}"

@@ -20,7 +20,7 @@ from tests.support.commands.batches import again, alone
 from tests.support.commands.runner import failed, succeeded
 from tests.support.equality import assert_same_block
 
-pytestmark = pytest.mark.slow  # it runs and draws
+pytestmark = pytest.mark.nightly  # tests.regression runs each command
 
 TEXT = """
 [simulation]

@@ -23,7 +23,7 @@ from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 from tests.support.work.units import contents
 
-pytestmark = pytest.mark.slow  # it runs and draws
+pytestmark = pytest.mark.nightly  # tests.regression runs each command
 
 SHORT = ("--set", "simulation.duration=5 ms", "--set", "simulation.period=0.1 ms")
 BATCH = ("batch", "paper/sine-pi", *SHORT, "--vary", "plant.mass=4..8kg", "--runs", "600")

@@ -15,8 +15,9 @@ from tests.support.commands.batches import NAME, drawn
 from tests.support.commands.runner import failed, succeeded
 from tests.support.commands.tuning import rows_of
 
+pytestmark = pytest.mark.slow  # it runs and draws
 
-@pytest.mark.slow
+
 @given(seed=st.integers(0, 2**63 - 1), few=st.integers(1, 20), more=st.integers(20, 60))
 def test_a_run_has_the_same_parameters_whatever_their_number_and_whatever_else_varies(seed, few, more):
     mass, area = "plant.mass=4..8kg", "plant.piston_area=-10..10%"
@@ -152,7 +153,6 @@ def test_a_wrong_range_is_one_line_that_names_it(text, problem):
     assert message.rstrip("\n").isprintable()
 
 
-@pytest.mark.slow
 @given(text=st.text(max_size=20) | st.text("0123456789.%-+x kgPa", max_size=12).map("plant.mass={}".format))
 def test_any_range_is_drawn_from_or_refused_in_one_line(text):
     try:

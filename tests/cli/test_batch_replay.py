@@ -9,7 +9,7 @@ from hydroservo.runs.provenance import scenario_hash
 from tests.support.commands.batches import NAME, again, alone, drawn, replayed
 from tests.support.commands.runner import succeeded
 
-pytestmark = pytest.mark.slow  # it runs and draws
+pytestmark = pytest.mark.nightly  # tests.regression runs each command
 
 VARIED = ("--vary", "plant.bulk_modulus=-30%..+30%", "--vary", "controller.velocity_gain=1500..2500")
 

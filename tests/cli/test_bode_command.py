@@ -8,7 +8,7 @@ import pytest
 from tests.support.brink import brink_file
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 
-pytestmark = pytest.mark.slow  # it runs and draws
+pytestmark = pytest.mark.nightly  # tests.regression runs each command
 
 RIG = ("bode", "rig/1khz-pi-sine")
 

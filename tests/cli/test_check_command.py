@@ -11,7 +11,7 @@ from hydroservo.testing.contract import QUESTIONS
 from tests.support import plugins
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("forgotten")]
+pytestmark = [pytest.mark.nightly, pytest.mark.usefixtures("forgotten")]
 
 LAW = plugins.LAW.replace(
     "self.gain * (r.value - y.velocity)", "round(self.gain * (r.value - y.velocity), 9)"

@@ -15,6 +15,8 @@ from hydroservo.scenario import load_scenario
 from tests.support.commands.runner import failed, succeeded
 from tests.support.needs import needs
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 OPEN = """\
 base = "rig/1khz"
 controls = { type = "Command" }

@@ -4,6 +4,8 @@ import pytest
 
 from tests.support.commands.runner import SHORT, failed, succeeded
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 RIG = "rig/1khz-pi-sine"
 WIDE = ("--set", "valve.orifice.area_gradient=1e300", "--command", "1e200")
 PRESSED = ("--set", "supply.supply_pressure=1e30", "--command", "1")

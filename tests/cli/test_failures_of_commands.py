@@ -8,6 +8,8 @@ import pytest
 from hydroservo.runs import results
 from tests.support.commands.runner import QUICK, SHORT, failed, hydroservo_
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 
 def test_an_unknown_scenario_is_one_line():
     assert "paper/sine-pie" in failed("run", "paper/sine-pie")

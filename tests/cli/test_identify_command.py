@@ -12,7 +12,7 @@ from tests.support.commands.runner import failed, hydroservo_
 from tests.support.reports import check_report, text_of
 from tests.support.synthetic_logs import RANGES, SCENARIO, SHORT, exact_log, recorded, with_units
 
-pytestmark = pytest.mark.slow  # it runs and draws
+pytestmark = pytest.mark.nightly  # tests.regression runs each command
 
 BRIEF = SHORT | {"simulation.duration": "0.3 s", "reference.period": "0.2 s"}
 SETTINGS = [f"--set={path}={value!r}" for path, value in BRIEF.items()]

@@ -24,7 +24,7 @@ from hydroservo.show.numbers import foreign_files
 from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.commands.runner import hydroservo_, succeeded
 
-pytestmark = pytest.mark.slow  # it runs and draws
+pytestmark = pytest.mark.nightly  # tests.regression runs each command
 
 SHORT = ("--set", "simulation.duration=0.02")
 RUN = ("run", "paper/sine-pi", *SHORT, "--interpreted")
@@ -311,7 +311,6 @@ def kill_and_look(out, times, seed):
 
 
 @needs_posix
-@pytest.mark.nightly
 def test_killed_runs_leave_whole_files_of_one_run_and_the_next_clears_the_rest(tmp_path):
     killed, _, left = kill_and_look(tmp_path, times=8, seed=1)
     assert killed > 0

@@ -28,7 +28,7 @@ from tests.support.commands.tuning import (
     rows_of,
 )
 
-pytestmark = pytest.mark.slow  # it runs and draws
+pytestmark = pytest.mark.nightly  # tests.regression runs each command
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from tests.support.commands.processes import heavy_libraries_of, leaves_nothing,
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 from tests.support.commands.tuning import FEW, GAIN, NAMES, QUICK, RUNAWAY, SHORT, VARIED, WINDUP
 
-pytestmark = pytest.mark.slow  # it runs and draws
+pytestmark = pytest.mark.nightly  # tests.regression runs each command
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from tests.support.commands.runner import PLUGIN, failed, succeeded
 from tests.support.commands.tuning import GAIN
 from tests.support.equality import assert_same_block
 
-pytestmark = pytest.mark.slow  # it runs and draws
+pytestmark = pytest.mark.nightly  # tests.regression runs each command
 
 SEARCH = """\
 base = "paper/sine-pi"

@@ -12,6 +12,8 @@ from hydroservo.identification.search import lag, left
 from tests.support.axes import AXIS
 from tests.support.commanded_logs import LOADED, fit, moves
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 LAG = {"valve.time_constant": "5..200 ms"}
 BELIEVED = {"valve.time_constant": "50 ms"}
 

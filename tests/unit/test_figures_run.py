@@ -33,6 +33,8 @@ from hydroservo.runs.titles import controller_name
 from hydroservo.show.page import write_figure
 from hydroservo.testing.examples import example
 
+pytestmark = pytest.mark.slow  # it runs and draws
+
 
 def short_run(controller, **parts):
     simulation = Simulation(duration=0.02, period=1e-5, record_period=5e-5)
