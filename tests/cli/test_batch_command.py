@@ -268,8 +268,8 @@ def test_progress_says_how_many_how_fast_and_how_long(monkeypatch):
     assert seen == [
         (0.1, "1,000 of 10,000 runs"),
         (0.2, "2,000 of 10,000 runs"),
-        (0.3, "3,000 of 10,000 runs, 500 a second, 0:14 left"),
-        (1.0, "10,000 of 10,000 runs, 900 a second, 0:00 left"),
+        (0.3, "3,000 of 10,000 runs, 500 per second, 0:14 left"),
+        (1.0, "10,000 of 10,000 runs, 900 per second, 0:00 left"),
     ]
 
 

@@ -134,7 +134,7 @@ def test_a_log_shorter_than_a_period_is_one_line(log, tmp_path):
         ((*MASS, "--vary", "delay=x0.5..x2"), "is relative, and there is no value"),
         ((*MASS, "--set", "identify.columns.speed='v [m/s]'"), "identify.columns.speed"),
         ((*MASS, "--set", "identify.colums.speed='v [m/s]'"), "identify.colums"),
-        ((*MASS, "--horizon=20ms"), "is of --form one-step; a simulation has none"),
+        ((*MASS, "--horizon=20ms"), "applies to predictions; add --form one-step"),
         ((*MASS, "--form=one-step", "--horizon=1ms"), "must be at least two samples, 0.002 s"),
         ((*MASS, "--form=one-step", "--horizon=20mm"), "does not convert to s"),
         ((*MASS, "--form=one-step", "--horizon=0s"), "horizon = 0.0: must be a finite number above 0 [s]"),

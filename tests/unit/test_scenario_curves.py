@@ -119,7 +119,7 @@ WRONG = [
     (
         'file = "gain.csv", points = [[0, 1], [1, 2]]',
         "",
-        "curve.file: 'gain.csv' stands beside .*curve.points",
+        "curve.file: 'gain.csv' is given beside .*curve.points",
     ),
     ("points = 3", "", r'must be a list of pairs: \[\["0 m/s", "0 V/m"\], \["1 m/s", "1 V/m"\]\]'),
     ("points = [[0, 1], [1]]", "", r"curve.points\[1\]: .* must be a pair, as in"),

@@ -63,7 +63,8 @@ def batch_command(
     ],
     output: CommandOutput,
     seeds: Annotated[
-        bool, typer.Option("--seeds", help="Give each run random numbers of its own, as for sensor noise.")
+        bool,
+        typer.Option("--seeds", help="Give each run its own random numbers, for sensor noise for example."),
     ] = False,
     seed: Annotated[
         int, typer.Option("--seed", metavar="S", help="Seed of what --vary draws, a whole number >= 0.")
@@ -166,7 +167,7 @@ def describe_batch(
     finding = batch_finding(table, given[0], metric=metric, typed=typed, alone=alone)
     if table.sizes["run"] <= PICTURED:
         return finding
-    remark = "a picture of so many runs is drawn by --out FILE.png alone"
+    remark = "a picture of so many runs is drawn only with --out FILE.png"
     return finding._replace(pictures=[], remarks=[*finding.remarks, remark])
 
 

@@ -76,11 +76,12 @@ def export_c_command(
     part: PartOption = Part.CONTROLLER,
     prefix: Prefix = None,
     precision: Annotated[
-        Precision, typer.Option("--precision", help="Of all numbers in the C; single for controllers only.")
+        Precision,
+        typer.Option("--precision", help="Precision of all numbers in the C; single for controllers only."),
     ] = Precision.DOUBLE,
     inline: Annotated[
         bool,
-        typer.Option("--inline", help="Write the parameters into the source; they are a record otherwise."),
+        typer.Option("--inline", help="Write the parameters into the source as constants, not as a record."),
     ] = False,
     json: Json = False,
 ) -> None:
@@ -95,23 +96,12 @@ def export_c_command(
     - `hydroservo export c paper/sine-tsmc --out controller`
     - `hydroservo export c rig/encoder-pi-sine --out controller --prefix rig --precision single --inline`
     """
-    from hydroservo.cli.messages import progress_bar
     from hydroservo.export.c.project import memory
     from hydroservo.export.products import export_c, proof_line
     from hydroservo.show.numbers import as_json
 
-    loop = load_loop(scenario, changes, plugins)
-    with progress_bar("translating") as report:
-        unit, proof, files = export_c(
-            loop,
-            out,
-            part=part,
-            prefix=prefix,
-            name=scenario_title(scenario),
-            precision=precision,
-            inlined=inline,
-            progress=report,
-        )
+    options = {"part": part, "prefix": prefix, "precision": precision, "inlined": inline}
+    unit, proof, files = export_loop(export_c, scenario, changes, plugins, out, **options)
     sizes = memory(unit)
     if json:
         about = {**export_identity(scenario, unit), **sizes._asdict(), "proof": proof._asdict()}
@@ -137,7 +127,9 @@ def export_fmu_command(
     version: Version = FmiVersion.FMI2,
     clocked: Annotated[
         bool,
-        typer.Option("--clocked", help="Samples are the ticks of a clock; for a controller, in FMI 3.0."),
+        typer.Option(
+            "--clocked", help="Take samples at the ticks of a clock; for controllers in FMI 3.0 only."
+        ),
     ] = False,
     *,
     platforms: Platforms,
@@ -157,24 +149,13 @@ def export_fmu_command(
     - `hydroservo export fmu rig/1khz-tsmc-sine --fmi 3 --clocked --out controller.fmu`
     - `hydroservo export fmu paper/sine-pi --platform x86_64-linux --platform x86_64-windows --out pi.fmu`
     """
-    from hydroservo.cli.messages import progress_bar
     from hydroservo.export.compilers import platforms_named
     from hydroservo.export.products import export_fmu, proof_line
     from hydroservo.show.numbers import as_json
 
-    loop, platforms = load_loop(scenario, changes, plugins), platforms_named(platforms)
-    with progress_bar("translating") as report:
-        unit, proof, _ = export_fmu(
-            loop,
-            out,
-            part=part,
-            prefix=prefix,
-            name=scenario_title(scenario),
-            version=version,
-            clocked=clocked,
-            platforms=platforms,
-            progress=report,
-        )
+    platforms = platforms_named(platforms)
+    options = {"part": part, "prefix": prefix, "version": version, "clocked": clocked, "platforms": platforms}
+    unit, proof, _ = export_loop(export_fmu, scenario, changes, plugins, out, **options)
     if json:
         about = {**export_identity(scenario, unit), "proof": proof._asdict()}
         written = {"fmi": version, "clocked": clocked, "platforms": platforms, "file": str(out)}
@@ -207,16 +188,13 @@ def export_ssp_command(
 
     - `hydroservo export ssp rig/1khz-tsmc-sine --out loop.ssp`
     """
-    from hydroservo.cli.messages import progress_bar
     from hydroservo.export.compilers import platforms_named
     from hydroservo.export.products import export_ssp, proof_line
     from hydroservo.show.numbers import as_json
 
-    loop, platforms = load_loop(scenario, changes, plugins), platforms_named(platforms)
-    with progress_bar("translating") as report:
-        exports = export_ssp(
-            loop, out, name=scenario_title(scenario), version=version, platforms=platforms, progress=report
-        )
+    platforms = platforms_named(platforms)
+    options = {"version": version, "platforms": platforms}
+    exports = export_loop(export_ssp, scenario, changes, plugins, out, **options)
     if json:
         about = [export_identity(scenario, unit) | {"proof": proof._asdict()} for unit, proof, _ in exports]
         typer.echo(as_json({"units": about, "fmi": version, "platforms": platforms, "file": str(out)}))
@@ -226,6 +204,22 @@ def export_ssp_command(
     period, size = exports[0].unit.period, f"{out.stat().st_size / 1024:.0f} KiB"
     typer.echo(f"written: {out}, {size}, FMI {version}, steps of {period:g} s, for {', '.join(platforms)}")
     print_untried_platforms(platforms)
+
+
+def export_loop(
+    export: Callable[..., Any],
+    scenario: str,
+    changes: "Sequence[str]",
+    plugins: "Sequence[Path]",
+    out: Path,
+    **options: Any,
+) -> Any:
+    """What a function of ``export`` returns for a scenario's loop."""
+    from hydroservo.cli.messages import progress_bar
+
+    loop = load_loop(scenario, changes, plugins)
+    with progress_bar("translating") as report:
+        return export(loop, out, name=scenario_title(scenario), progress=report, **options)
 
 
 def fmu_summary(unit: "Unit", version: FmiVersion, clocked: bool) -> str:

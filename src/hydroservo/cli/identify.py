@@ -188,7 +188,7 @@ def parse_horizon(form: ComparisonForm, text: str | None) -> float | None:
 
     if form == ComparisonForm.SIMULATION:
         if text is not None:
-            raise ParameterError(HORIZON, text, f"is of {FORM} one-step; a simulation has none")
+            raise ParameterError(HORIZON, text, f"applies to predictions; add {FORM} one-step")
         return None
     given = parse_quantity(HORIZON, text, "s")
     return USUAL if given is None else given
@@ -302,7 +302,9 @@ def log_command(
 
     if scenario is None and (changes or plugins):
         option = "--set" if changes else "--plugin"
-        raise ParameterError(option, str([*changes, *plugins][0]), "needs --scenario")
+        raise ParameterError(
+            option, str([*changes, *plugins][0]), "applies to a scenario; add --scenario SCENARIO"
+        )
     mapping = {} if scenario is None else log_columns_of(scenario, changes, plugins)
     output.present(
         str(file), lambda _: understood(read_log(file, mapping, (TIME,))), partial(log_finding, logs=[file])

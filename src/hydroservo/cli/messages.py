@@ -81,7 +81,7 @@ def progress_with_rate(report: Report, count: int, what: str = "runs") -> Callab
         text = f"{round(fraction * count):,} of {count:,} {what}"
         if seconds > PAUSE and done > 0.0:
             left = round((1.0 - fraction) * seconds / done)
-            text += f", {done * count / seconds:,.0f} a second, {left // 60}:{left % 60:02d} left"
+            text += f", {done * count / seconds:,.0f} per second, {left // 60}:{left % 60:02d} left"
         report(fraction, text)
 
     return progress

@@ -129,12 +129,12 @@ DecimalComma = Annotated[
     bool,
     typer.Option(
         "--decimal-comma",
-        help="Write CSV for spreadsheets that have decimal commas, with semicolons between its cells.",
+        help="Write CSV for spreadsheets with decimal commas; semicolons separate the cells.",
     ),
 ]
 Threads = Annotated[
     int | None,
-    typer.Option("--threads", metavar="N", min=1, show_default="all cores", help="How many to use."),
+    typer.Option("--threads", metavar="N", min=1, show_default="all cores", help="How many threads to use."),
 ]
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object, in SI units, and nothing else on stdout.")

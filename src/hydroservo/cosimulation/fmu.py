@@ -24,32 +24,18 @@ Parameter = tuple[float | bool | str, ...]  # one value, or those of an array
 
 
 class FmuVariable(NamedTuple):
-    """A variable of an FMU.
+    """A variable of an FMU."""
 
-    Attributes:
-        name: in the FMU.
-        reference: its value reference.
-        kind: its type in FMI, such as "Float64".
-        causality: such as "input".
-        settable: whether its start may be given before the initialization.
-        unit: its unit as the FMU names it; "" where it names none.
-        in_base_units: the unit as a factor times base units as text, "" where the FMU does not say.
-        factor: that factor.
-        sizes: of an array's dimensions: a number, or the value reference of the parameter that has it as -1
-            minus that.
-        start: of a whole number, which may be an array's size; 0 of others.
-    """
-
-    name: str
-    reference: int
-    kind: str
-    causality: str
-    settable: bool
-    unit: str
-    in_base_units: str
-    factor: float
-    sizes: tuple[int, ...]
-    start: int
+    name: str  # in the FMU
+    reference: int  # its value reference
+    kind: str  # its type in FMI, such as "Float64"
+    causality: str  # such as "input"
+    settable: bool  # whether its start may be given before the initialization
+    unit: str  # its unit as the FMU names it; "" where it names none
+    in_base_units: str  # a factor times base units as text, "" where the FMU does not say
+    factor: float  # that factor
+    sizes: tuple[int, ...]  # of dimensions; -1 less the value reference of the parameter that has it
+    start: int  # of a whole number, which may be an array's size; 0 of others
 
     @property
     def is_real(self) -> bool:
@@ -223,19 +209,12 @@ class Wire(NamedTuple):
 
 
 class Foreign(NamedTuple):
-    """An FMU, its wires and its parameters.
+    """An FMU, its wires and its parameters."""
 
-    Attributes:
-        fmu: what is known of the file.
-        inputs: what it is given at each communication.
-        outputs: what it answers.
-        parameters: what is set before its initialization, by name, in its own units.
-    """
-
-    fmu: Fmu
-    inputs: tuple[Wire, ...]
-    outputs: tuple[Wire, ...]
-    parameters: tuple[tuple[str, Parameter], ...]
+    fmu: Fmu  # what is known of the file
+    inputs: tuple[Wire, ...]  # what it is given at each communication
+    outputs: tuple[Wire, ...]  # what it answers
+    parameters: tuple[tuple[str, Parameter], ...]  # set before its initialization, in its own units
 
     @property
     def name(self) -> str:

@@ -186,15 +186,10 @@ def observed_signals(loop: Loop) -> list[str]:
 
 
 class SignalSizes(NamedTuple):
-    """Sizes of signals.
+    """Sizes of signals."""
 
-    Attributes:
-        signals: the largest absolute value of each in a run, 1 of its SI unit where it stays 0.
-        error: half of the range of the demand; its largest absolute value where it is constant.
-    """
-
-    signals: NDArray[np.float64]
-    error: float
+    signals: NDArray[np.float64]  # the largest absolute value of each in a run; 1 where it stays 0
+    error: float  # half of the demand's range; its largest absolute value where it is constant
 
 
 def signal_sizes(loop: Loop, paths: Sequence[str]) -> SignalSizes:

@@ -70,7 +70,7 @@ def curve_from_points(table: LayeredTable, field: Field | None) -> Curve:
     """The curve whose points a table has."""
     for name in table.names():
         if name != POINTS:
-            raise table.entry(name).error(f"stands beside {table.key(POINTS)}; give one of them")
+            raise table.entry(name).error(f"is given beside {table.key(POINTS)}; give only one of them")
     entry, declared = table.entry(POINTS), field or Field("", "", over="")
     if not isinstance(entry.value, list):
         raise entry.error(f"must be a list of pairs: {example_points(declared)}")

@@ -16,11 +16,13 @@ from hydroservo.cosimulation import (
     LOAD_OUTPUTS,
     MACHINE_INPUTS,
     MACHINE_OUTPUTS,
+    ForeignLoad,
+    ForeignMachine,
+)
+from hydroservo.cosimulation.fmu import (
     Fmu,
     FmuVariable,
     Foreign,
-    ForeignLoad,
-    ForeignMachine,
     Parameter,
     Wire,
     digest_of,

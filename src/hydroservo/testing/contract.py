@@ -16,21 +16,13 @@ TRANSLATED = {"gives the same bits compiled", "gives the same bits in C"}  # wha
 
 
 class Question(NamedTuple):
-    """Something that is asked of a block.
+    """Something that is asked of a block."""
 
-    Attributes:
-        name: in a few words.
-        check: raises a ContractError where the block is not so; may return what of it was not tried.
-        examples: how many random blocks and inputs it is asked with; 0 where it needs none.
-        basis: True where how a block behaves can be asked only of one that is so.
-        behaviour: True of what is asked of how it behaves.
-    """
-
-    name: str
-    check: Callable[..., str | None]
-    examples: int = 0
-    basis: bool = False
-    behaviour: bool = False
+    name: str  # in a few words
+    check: Callable[..., str | None]  # raises a ContractError; may return what was not tried
+    examples: int = 0  # how many random blocks and inputs it is asked with; 0 where it needs none
+    basis: bool = False  # whether questions of behaviour need it to be answered well
+    behaviour: bool = False  # True of what is asked of how it behaves
 
 
 def behaviour_module() -> ModuleType:

@@ -6,95 +6,19 @@ Tests, benchmarks and the contract ask for them where any machine will do.
 import math
 from typing import Any, TypeVar, cast
 
-from hydroservo.control.controllers import (
-    DAC,
-    LQI,
-    PID,
-    AccelerationFeedback,
-    AdaptiveRobust,
-    AntiWindup,
-    Cascade,
-    DeadBandCompensation,
-    DeadBandJump,
-    Delay,
-    DirectionalGain,
-    FirstOrderADRC,
-    FlowCompensation,
-    HInfinityLoopShaping,
-    InternalModel,
-    InvertedPolarity,
-    Inverting,
-    LinearMPC,
-    OffsetFreeLQ,
-    PressureFeedback,
-    RadialBasis,
-    RateLimit,
-    ReferenceFilter,
-    Saturation,
-    SecondOrderADRC,
-    ValveInversion,
-    VelocityCompensation,
-)
-from hydroservo.control.error_dynamics import (
-    AdaptiveSuperTwisting,
-    HomogeneousErrorDynamics,
-    LinearErrorDynamics,
-    NaiveSuperTwisting,
-    NonsingularTerminalErrorDynamics,
-    RISEErrorDynamics,
-    SuperTwisting,
-    TerminalErrorDynamics,
-)
+from hydroservo.control import controllers, error_dynamics, observers
 from hydroservo.control.holds import DelayedHold
 from hydroservo.control.loop import Loop, Simulation
-from hydroservo.control.observers import (
-    AdaptiveTSMObserver,
-    BoundaryLayer,
-    ExtendedStateObserver,
-    HighGainObserver,
-    Implicit,
-    KalmanObserver,
-    PositionKalmanObserver,
-    ValveLag,
-)
 from hydroservo.control.references import Chirp, Multisine, PointToPoint, Ramp, Step
 from hydroservo.core.block import Block
 from hydroservo.core.curve import Curve
-from hydroservo.machine.drives import (
-    CheckValve,
-    Counterbalance,
-    Hoses,
-    Lines,
-    LoadSensing,
-    PortValves,
-    PressureCompensator,
-    PumpDrive,
-)
+from hydroservo.machine import drives, mechanics, sensors
 from hydroservo.machine.loads import Constant as ConstantLoad
 from hydroservo.machine.loads import Square as SquareLoad
 from hydroservo.machine.loads import Step as StepLoad
-from hydroservo.machine.mechanics import (
-    ElastoPlastic,
-    LuGre,
-    Mass,
-    MassSpringDamper,
-    OneLinkArm,
-    Stribeck,
-    SwingingLoad,
-    Viscous,
-)
 from hydroservo.machine.oils import CavitatingOil, ConstantOil
 from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.plants.design_model import THIS_MACHINE
-from hydroservo.machine.sensors import (
-    Encoder,
-    ExactDifferentiator,
-    FilteredDifference,
-    LoadCell,
-    NoisySensors,
-    PressureTransducer,
-    RigSensors,
-)
 from hydroservo.machine.supplies import GasAccumulator, PumpSupply, ReliefValve, SlowPoppet
 from hydroservo.machine.valves import CurvedEdges, FirstOrderValve, FourCurves, FourEdges, SecondOrderValve
 from hydroservo.papers.tsmc_eha_2021 import machine
@@ -114,9 +38,9 @@ CYLINDER = Cylinder(
     dead_volume_b=2.4551e-5,
     start_position=PLANT.start_position,
     oil=ConstantOil(PLANT.bulk_modulus),
-    mechanism=Mass(PLANT.mass),
+    mechanism=mechanics.Mass(PLANT.mass),
     internal_leakage=PLANT.leakage,
-    friction=Viscous(PLANT.damping),
+    friction=mechanics.Viscous(PLANT.damping),
 )
 PUMP = PumpSupply(
     displacement=3.2e-7,
@@ -132,10 +56,10 @@ PUMP = PumpSupply(
     return_pressure=2e5,
 )
 OIL = ConstantOil(PLANT.bulk_modulus)
-CHECK_VALVE = CheckValve(cracking_pressure=5e4, conductance=1e-9)
-KALMAN = KalmanObserver(100.0, 1e6, velocity_noise=5e-4, hydraulic_force_noise=5.0)
-TRANSDUCER = PressureTransducer(0.0, 60e5)
-ARM = OneLinkArm(
+CHECK_VALVE = drives.CheckValve(cracking_pressure=5e4, conductance=1e-9)
+KALMAN = observers.KalmanObserver(100.0, 1e6, velocity_noise=5e-4, hydraulic_force_noise=5.0)
+TRANSDUCER = sensors.PressureTransducer(0.0, 60e5)
+ARM = mechanics.OneLinkArm(
     base_distance=0.3,
     pin_distance=0.08,
     closed_length=0.2715,
@@ -149,7 +73,7 @@ ARM = OneLinkArm(
 )
 BLOCKS: tuple[Block, ...] = (
     machine.MODEL,
-    machine.OBSERVER._replace(realisation=BoundaryLayer()),
+    machine.OBSERVER._replace(realisation=observers.BoundaryLayer()),
     machine.ORIFICE,
     machine.REFERENCES["sine"],
     machine.REFERENCES["square"],
@@ -163,8 +87,8 @@ BLOCKS: tuple[Block, ...] = (
     PUMP,
     TRANSDUCER,
     ARM,
-    AccelerationFeedback(LAW, acceleration_gain=2e-3),
-    AdaptiveRobust(
+    controllers.AccelerationFeedback(LAW, acceleration_gain=2e-3),
+    controllers.AdaptiveRobust(
         300.0,
         300.0,
         adaptation_gain=100.0,
@@ -177,29 +101,31 @@ BLOCKS: tuple[Block, ...] = (
         largest_flow=1e5,
         dead_zone=1e-4,
     ),
-    AdaptiveSuperTwisting(200.0, least_rate=100.0, largest_rate=1e6, growth=1e5),
-    AdaptiveTSMObserver(
-        machine.OBSERVER._replace(realisation=Implicit()),
+    error_dynamics.AdaptiveSuperTwisting(200.0, least_rate=100.0, largest_rate=1e6, growth=1e5),
+    observers.AdaptiveTSMObserver(
+        machine.OBSERVER._replace(realisation=observers.Implicit()),
         largest_gain_1=300.0,
         largest_gain_2=1e6,
         gain_rate_1=3e3,
         gain_rate_2=1e7,
     ),
-    AntiWindup(LAW._replace(saturation=Saturation(1000.0)), gain=100.0, saturation=LIMIT),
-    Cascade(LAW, proportional_gain=10.0, max_velocity=0.1, rate_feedforward=1.0),
+    controllers.AntiWindup(
+        LAW._replace(saturation=controllers.Saturation(1000.0)), gain=100.0, saturation=LIMIT
+    ),
+    controllers.Cascade(LAW, proportional_gain=10.0, max_velocity=0.1, rate_feedforward=1.0),
     CavitatingOil(PLANT.bulk_modulus),
     Chirp(AMPLITUDE),
     CurvedEdges(VALVE.max_opening, NOTCHES),
     ConstantLoad(FORCE),
     ConstantOil(PLANT.bulk_modulus),
-    DAC(LAW),
-    DeadBandCompensation(LAW, extend_overlap=0.5, retract_overlap=0.4, threshold=0.05),
-    DeadBandJump(LAW, extend_overlap=0.5, retract_overlap=0.4, threshold=0.05),
-    Delay(LAW),
+    controllers.DAC(LAW),
+    controllers.DeadBandCompensation(LAW, extend_overlap=0.5, retract_overlap=0.4, threshold=0.05),
+    controllers.DeadBandJump(LAW, extend_overlap=0.5, retract_overlap=0.4, threshold=0.05),
+    controllers.Delay(LAW),
     DelayedHold(5e-4),
-    DirectionalGain(LAW, extend_gain=1.0, retract_gain=1.4),
+    controllers.DirectionalGain(LAW, extend_gain=1.0, retract_gain=1.4),
     CHECK_VALVE,
-    Counterbalance(
+    drives.Counterbalance(
         pilot_ratio=3.0,
         cracking_pressure=60e5,
         opening_range=10e5,
@@ -209,12 +135,12 @@ BLOCKS: tuple[Block, ...] = (
         volume=1e-5,
         oil=OIL,
     ),
-    Hoses(2e-5, 2e-5, 1e10, 1e10, OIL),
-    Lines(2e-5, 1e7, 1e10, OIL),
-    LoadSensing(margin=10e5, time_constant=0.02),
-    PressureCompensator(spring_pressure=7e5),
-    PortValves(RELIEF, CHECK_VALVE),
-    PumpDrive(
+    drives.Hoses(2e-5, 2e-5, 1e10, 1e10, OIL),
+    drives.Lines(2e-5, 1e7, 1e10, OIL),
+    drives.LoadSensing(margin=10e5, time_constant=0.02),
+    drives.PressureCompensator(spring_pressure=7e5),
+    drives.PortValves(RELIEF, CHECK_VALVE),
+    drives.PumpDrive(
         displacement=3.2e-7,
         command_gain=30.0,
         max_speed=300.0,
@@ -227,33 +153,37 @@ BLOCKS: tuple[Block, ...] = (
         leakage=7e-13,
         case_leakage=2e-13,
     ),
-    ElastoPlastic(LuGre(1e6, 80.0, 40.0, 60.0, 5e-3, PLANT.damping)),
-    Encoder(1e-6),
-    ExactDifferentiator(1.0),
-    FilteredDifference(2e-3),
+    mechanics.ElastoPlastic(mechanics.LuGre(1e6, 80.0, 40.0, 60.0, 5e-3, PLANT.damping)),
+    sensors.Encoder(1e-6),
+    sensors.ExactDifferentiator(1.0),
+    sensors.FilteredDifference(2e-3),
     FourCurves(VALVE.max_opening, NOTCHES, NOTCHES, NOTCHES, NOTCHES),
-    FirstOrderADRC(103.0, bandwidth=50.0, observer_bandwidth=200.0),
-    SecondOrderADRC(1.34e6, bandwidth=100.0, observer_bandwidth=500.0),
-    ExtendedStateObserver(300.0, 600.0),
-    HighGainObserver(200.0, 100.0),
-    HInfinityLoopShaping(3.0, 600.0, machine.VALVE_LAG),
-    HomogeneousErrorDynamics(3e3, 200.0, exponent=0.8),
-    InternalModel(1e-3, 0.25, 30.0, resonant_rate=30.0, time_constant=machine.VALVE_LAG, anti_windup=0.2),
-    Inverting(LinearErrorDynamics(300.0, 300.0), KALMAN),
-    LQI(1e-3, 30.0, machine.VALVE_LAG, anti_windup=0.2),
-    LinearErrorDynamics(300.0, 300.0),
-    NaiveSuperTwisting(surface_gain=200.0, disturbance_rate=1e4),
-    NonsingularTerminalErrorDynamics(2e3, 200.0, 100.0, surface_exponent=9 / 7, exponent=5 / 9),
-    RISEErrorDynamics(200.0, feedback_gain=200.0, integral_rate=50.0, sign_gain=1e3),
-    SuperTwisting(surface_gain=200.0, disturbance_rate=1e4),
-    TerminalErrorDynamics(*machine.TERMINAL[:6]),
+    controllers.FirstOrderADRC(103.0, bandwidth=50.0, observer_bandwidth=200.0),
+    controllers.SecondOrderADRC(1.34e6, bandwidth=100.0, observer_bandwidth=500.0),
+    observers.ExtendedStateObserver(300.0, 600.0),
+    observers.HighGainObserver(200.0, 100.0),
+    controllers.HInfinityLoopShaping(3.0, 600.0, machine.VALVE_LAG),
+    error_dynamics.HomogeneousErrorDynamics(3e3, 200.0, exponent=0.8),
+    controllers.InternalModel(
+        1e-3, 0.25, 30.0, resonant_rate=30.0, time_constant=machine.VALVE_LAG, anti_windup=0.2
+    ),
+    controllers.Inverting(error_dynamics.LinearErrorDynamics(300.0, 300.0), KALMAN),
+    controllers.LQI(1e-3, 30.0, machine.VALVE_LAG, anti_windup=0.2),
+    error_dynamics.LinearErrorDynamics(300.0, 300.0),
+    error_dynamics.NaiveSuperTwisting(surface_gain=200.0, disturbance_rate=1e4),
+    error_dynamics.NonsingularTerminalErrorDynamics(
+        2e3, 200.0, 100.0, surface_exponent=9 / 7, exponent=5 / 9
+    ),
+    error_dynamics.RISEErrorDynamics(200.0, feedback_gain=200.0, integral_rate=50.0, sign_gain=1e3),
+    error_dynamics.SuperTwisting(surface_gain=200.0, disturbance_rate=1e4),
+    error_dynamics.TerminalErrorDynamics(*machine.TERMINAL[:6]),
     KALMAN,
-    NoisySensors(5e-4, 5.0),
-    PID(3.0, 100.0, 1e-3, 0.9, 1e-3, 1e-6),
-    PressureFeedback(LAW, force_gain=1e-4, time_constant=0.02),
-    PositionKalmanObserver(100.0, 1e6, position_noise=3e-7, hydraulic_force_noise=5.0),
-    RigSensors(Encoder(1e-6), pressure_a=TRANSDUCER, pressure_b=TRANSDUCER),
-    FlowCompensation(
+    sensors.NoisySensors(5e-4, 5.0),
+    controllers.PID(3.0, 100.0, 1e-3, 0.9, 1e-3, 1e-6),
+    controllers.PressureFeedback(LAW, force_gain=1e-4, time_constant=0.02),
+    observers.PositionKalmanObserver(100.0, 1e6, position_noise=3e-7, hydraulic_force_noise=5.0),
+    sensors.RigSensors(sensors.Encoder(1e-6), pressure_a=TRANSDUCER, pressure_b=TRANSDUCER),
+    controllers.FlowCompensation(
         LAW,
         SUPPLY.supply_pressure,
         PLANT.piston_area,
@@ -262,20 +192,20 @@ BLOCKS: tuple[Block, ...] = (
         least_drop=2e5,
         time_constant=0.02,
     ),
-    InvertedPolarity(LAW),
+    controllers.InvertedPolarity(LAW),
     FirstOrderValve(VALVE.gain, machine.VALVE_LAG, VALVE.max_opening, machine.ORIFICE),
-    LoadCell(0.5),
-    LuGre(1e6, 80.0, 40.0, 60.0, 5e-3, PLANT.damping),
-    Mass(PLANT.mass),
-    MassSpringDamper(PLANT.mass, stiffness=1e4, rest_position=0.039),
+    sensors.LoadCell(0.5),
+    mechanics.LuGre(1e6, 80.0, 40.0, 60.0, 5e-3, PLANT.damping),
+    mechanics.Mass(PLANT.mass),
+    mechanics.MassSpringDamper(PLANT.mass, stiffness=1e4, rest_position=0.039),
     Multisine(AMPLITUDE),
-    OffsetFreeLQ(1e-3, machine.VALVE_LAG, KALMAN),
-    LinearMPC(1e-3, machine.VALVE_LAG, KALMAN, 1, 1e6),
-    RadialBasis(0.04, 20.0),
+    controllers.OffsetFreeLQ(1e-3, machine.VALVE_LAG, KALMAN),
+    controllers.LinearMPC(1e-3, machine.VALVE_LAG, KALMAN, 1, 1e6),
+    controllers.RadialBasis(0.04, 20.0),
     PointToPoint(0.0, AMPLITUDE, max_rate=0.1, max_second_rate=1.0, max_third_rate=20.0, time=1e-3),
     Ramp(0.0, AMPLITUDE, rate=0.1, time=1e-3),
-    RateLimit(LAW, rate=1000.0),
-    ReferenceFilter(LAW, bandwidth=200.0),
+    controllers.RateLimit(LAW, rate=1000.0),
+    controllers.ReferenceFilter(LAW, bandwidth=200.0),
     SlowPoppet(5e-3),
     SecondOrderValve(VALVE.gain, 300.0, VALVE.max_opening, machine.ORIFICE, slew_limit=0.5),
     machine.LOADS["sine"],
@@ -283,12 +213,12 @@ BLOCKS: tuple[Block, ...] = (
     GasAccumulator(precharge=30e5, gas_volume=5e-4),
     Step(0.0, AMPLITUDE, time=1e-3),
     StepLoad(0.0, FORCE),
-    Stribeck(40.0, 60.0, 5e-3, PLANT.damping),
-    SwingingLoad(2.0, centre_distance=0.4, moment_of_inertia=0.02, damping=0.05),
-    ValveInversion(LAW, machine.VALVE_LAG),
-    ValveLag(KALMAN, machine.VALVE_LAG),
-    VelocityCompensation(LAW, velocity_gain=0.5),
-    Viscous(PLANT.damping),
+    mechanics.Stribeck(40.0, 60.0, 5e-3, PLANT.damping),
+    mechanics.SwingingLoad(2.0, centre_distance=0.4, moment_of_inertia=0.02, damping=0.05),
+    controllers.ValveInversion(LAW, machine.VALVE_LAG),
+    observers.ValveLag(KALMAN, machine.VALVE_LAG),
+    controllers.VelocityCompensation(LAW, velocity_gain=0.5),
+    mechanics.Viscous(PLANT.damping),
     machine.BACKSTEPPING._replace(model=THIS_MACHINE),
     machine.TERMINAL._replace(model=THIS_MACHINE, observer=machine.OBSERVER),
     Loop(

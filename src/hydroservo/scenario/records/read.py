@@ -43,19 +43,12 @@ RECORD_ENDINGS = (".csv", ".txt", *BINARY)  # of files that a page offers; text 
 
 
 class TextTable(NamedTuple):
-    """A table as it is read.
+    """A table as it is read."""
 
-    Attributes:
-        headers: of its columns.
-        place: where they stand, such as "line 1".
-        rows: the number of each line below them and its cells, as many as there are headers.
-        decimals: reads their numbers.
-    """
-
-    headers: list[Header]
-    place: str
-    rows: Iterator[tuple[int, list[str]]]
-    decimals: Decimals
+    headers: list[Header]  # of its columns
+    place: str  # where they stand, such as "line 1"
+    rows: Iterator[tuple[int, list[str]]]  # line number and cells, as many as headers
+    decimals: Decimals  # reads their numbers
 
 
 class TextLayout(NamedTuple):

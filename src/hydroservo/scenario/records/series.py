@@ -50,7 +50,7 @@ def read_curve(table: LayeredTable, field: Field | None) -> TimeSeries:
     texts = {name: table.entry(name).value for name in keys[1:] if table.has(name)}
     period = period_in(table) if axis == TIME else None
     if period is not None and table.has(TIME):
-        raise table.entry("period").error(f"stands beside {table.key(TIME)}; give one of them")
+        raise table.entry("period").error(f"is given beside {table.key(TIME)}; give only one of them")
     texts.pop("period", None)
     return read_series(path, field, time=texts.pop(axis, None), period=period, **texts)
 

@@ -41,17 +41,11 @@ class FileColumn(NamedTuple):
 
 
 class FileTable(NamedTuple):
-    """A file as a table.
+    """A file as a table."""
 
-    Attributes:
-        columns: name, unit and number of samples of each, and whether these are dates.
-        others: what else it holds, such as "log: timeseries object".
-        read: what reads some of the columns, by their numbers.
-    """
-
-    columns: list[tuple[str, str, int, bool]]
-    others: list[str]
-    read: Callable[[Sequence[int]], Iterable[Any]]
+    columns: list[tuple[str, str, int, bool]]  # name, unit, number of samples, whether dates
+    others: list[str]  # what else it holds, such as "log: timeseries object"
+    read: Callable[[Sequence[int]], Iterable[Any]]  # what reads some of the columns, by their numbers
 
 
 Parts = tuple[list[FileColumn], list[str]]  # columns, and what else there is
