@@ -15,8 +15,7 @@ from tests.support.tiers import mostly
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 INDEX = (GALLERY / "index.md").read_text(encoding="utf-8")
 SCRIPTS = sorted(path.stem for path in GALLERY.glob("*.py"))
-HERE = {*SCRIPTS} - {"laws_in_a_study"}
-LONG = {"a_matrix_of_matlab", "from_a_log", "reinforcement", "to_the_cortex_m"}
+HERE = [name for name in SCRIPTS if name != "laws_in_a_study"]
 
 TRUE = {  # of the logs' machines, in SI units
     "a_matrix_of_matlab": {"plant.mechanism.mass": 90.0, "valve.orifice.rated_flow": 17.0 / 6e4},
@@ -39,7 +38,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.slow  # runs and searches
 @pytest.mark.filterwarnings("default")  # a script may warn, as a notebook does
-@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, sorted(HERE), HERE - LONG))
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, HERE, ["my_cylinder", "own_law"]))
 def test_a_script_leaves_its_picture(name: str, folder: Path) -> None:
     spec = importlib.util.spec_from_file_location(name, GALLERY / f"{name}.py")
     module = importlib.util.module_from_spec(spec)

@@ -27,10 +27,10 @@ def test_the_table_of_the_page_is_what_the_file_holds(script: Mapping[str, Any])
     assert script["text"](ENTRIES) in PAGE.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("entry", ENTRIES, ids=lambda one: one["scenario"])
-def test_no_law_of_the_table_is_below_its_limit(entry: dict[str, Any]) -> None:
-    assert entry["clairvoyant"] < entry["law"]
-    assert entry["clairvoyant"] <= entry["causal"]
+def test_no_law_of_the_table_is_below_its_limit() -> None:
+    for entry in ENTRIES:
+        assert entry["clairvoyant"] < entry["law"], entry["scenario"]
+        assert entry["clairvoyant"] <= entry["causal"], entry["scenario"]
 
 
 def test_scenarios_of_one_task_share_their_limits(script: Mapping[str, Any]) -> None:

@@ -17,6 +17,7 @@ from hydroservo.runs.run import ready
 from hydroservo.testing.case import bits
 from tests.support.equality import assert_same_block
 from tests.support.scenarios import LOOPS
+from tests.support.tiers import mostly
 
 NOMINAL = {"uncertainty.scale": 0}
 
@@ -57,7 +58,7 @@ def expression(block: Any, modules: set[str]) -> str:
 
 @pytest.mark.filterwarnings("ignore:nothing is asked for")  # in so short a run
 @pytest.mark.parametrize("scale", [{}, NOMINAL], ids=["as it is", "nominal"])
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("name", mostly(pytest.mark.slow, LOOPS, ["axis/position", "paper/sine-tsmc"]))
 def test_a_loop_made_of_objects_is_the_scenario_s(
     name: str, scale: dict[str, object], tmp_path: Path
 ) -> None:

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from hydroservo.cli.commands import app
 
-pytestmark = pytest.mark.slow  # runs and searches
+pytestmark = pytest.mark.nightly  # as the cells of the pages are
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))

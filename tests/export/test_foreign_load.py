@@ -25,6 +25,8 @@ from tests.support.export.foreign import (
     with_changes,
 )
 
+pytestmark = pytest.mark.slow  # each builds a library or a program
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 VELOCITY = "plant.velocity"
 

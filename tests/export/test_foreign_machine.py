@@ -17,6 +17,8 @@ from hydroservo.scenario import load_scenario
 from hydroservo.scenario.load import assemble
 from tests.support.export.foreign import folder
 
+pytestmark = pytest.mark.slow  # each builds a library or a program
+
 PI, TSMC = "rig/1khz-pi-sine", "rig/1khz-tsmc-sine"
 SHORT = {"simulation.duration": "0.2 s"}
 
@@ -53,7 +55,6 @@ def test_a_law_around_its_exported_machine_gives_the_bits_of_its_run(version: Fm
     assert float(abs(own["plant.velocity"]).max()) > 1e-3
 
 
-@pytest.mark.slow
 def test_a_law_with_a_model_believes_in_the_nominal_plant() -> None:
     nominal = assemble(TSMC, SHORT).nominal.plant
     numbers = {f"plant.nominal.{name}": value for name, value in nominal._asdict().items()}

@@ -24,6 +24,8 @@ from hydroservo.testing.examples import example
 from tests.support.export.exchanges import Exchange, rk4
 from tests.support.export.fmus import Instance, unpacked
 
+pytestmark = pytest.mark.slow  # each builds a library or a program
+
 FORCE = "external.force"
 SAMPLES = 500
 
@@ -45,7 +47,6 @@ def folder(stepped: Loop, version: FmiVersion, tmp_path_factory: pytest.TempPath
     return unpacked_part(stepped, Part.EQUATIONS, version, tmp_path_factory.mktemp("equations"))
 
 
-@pytest.mark.slow  # each builds two FMUs and compiles a loop
 @pytest.mark.parametrize("name", ["rig/1khz-tsmc-sine", "paper/sine-tsmc"])
 def test_a_controller_and_an_integrator_of_ones_own_make_the_loop(
     name: str, version: FmiVersion, tmp_path: Path
@@ -98,7 +99,6 @@ def test_cvode_agrees_with_the_simulation(stepped: Loop, version: FmiVersion, tm
     assert run["plant.velocity"][-1] > 0.05
 
 
-@pytest.mark.slow  # compiles a method of each part
 def test_rates_are_those_of_the_loop(version: FmiVersion, tmp_path: Path) -> None:
     loop = ready(load_scenario("rig/excavator-link"))
     data = simulate(load_scenario("rig/excavator-link", {"simulation.duration": "0.3 s"}), strict=True)

@@ -15,6 +15,8 @@ from hydroservo.export.products import export_c, export_fmu, export_ssp
 from hydroservo.scenario import load_scenario
 from tests.support.needs import needs
 
+pytestmark = pytest.mark.slow  # each builds a library or a program
+
 PROOF = Proof(1, "cc")
 
 

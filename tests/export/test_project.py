@@ -19,11 +19,13 @@ from tests.support.needs import needs
 from tools.targets.boards import BOARDS, COMPILER, Board
 from tools.targets.sources import FOLDER as TARGET
 
+pytestmark = pytest.mark.slow  # each builds a library or a program
+
 FILES = ["law.h", "law.c", "law_vectors.h", "law_replay.c", "Makefile", "README.md"]
 SEMIHOSTING = "-semihosting-config enable=on,target=native"
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 
-each_compiler = pytest.mark.parametrize("compiler", ["gcc", pytest.param("clang", marks=pytest.mark.slow)])
+each_compiler = pytest.mark.parametrize("compiler", ["gcc", "clang"])
 
 
 @pytest.fixture

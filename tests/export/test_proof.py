@@ -16,6 +16,8 @@ from hydroservo.scenario import load_scenario
 from tests.support.export.small_laws import NAMED, law
 from tests.support.needs import needs
 
+pytestmark = pytest.mark.slow  # each builds a library or a program
+
 TEXT = """\
 u = y.velocity
 if self.gain < 0.0:

@@ -156,6 +156,6 @@ def test_a_pressure_in_bar_without_its_unit_is_said_by_runs() -> None:
     assert said in warnings_of(quietly(simulate)(loop, compiled=False))
 
 
-@pytest.mark.parametrize("name", [name for name in scenarios() if not name.startswith("laws/")])
-def test_the_machines_that_ship_have_usual_sizes(name: str) -> None:
-    assert size_cautions(load_scenario(name)) == []
+def test_the_machines_that_ship_have_usual_sizes() -> None:
+    for name in (name for name in scenarios() if not name.startswith("laws/")):
+        assert size_cautions(load_scenario(name)) == [], name

@@ -7,6 +7,8 @@ from hydroservo.identification import compare
 from hydroservo.identification.comparison import independent_samples
 from tests.support.synthetic_logs import SCENARIO, SHORT, exact_log, recorded
 
+pytestmark = pytest.mark.slow  # each fits a log
+
 BRIEF = SHORT | {"simulation.duration": "0.5 s", "reference.period": "0.2 s"}
 SMALL = dict.fromkeys(("plant.bulk_modulus", "valve.time_constant"), "-40%..+70%")
 LARGE = SMALL | {"plant.mass": "-40%..+70%"}

@@ -12,6 +12,8 @@ from hydroservo.identification.quality import rounded_like, whiteness
 from hydroservo.identification.result import Identified
 from tests.support.synthetic_logs import NOISE, Signals
 
+pytestmark = pytest.mark.slow  # each fits a log
+
 AXIS = "axis/position"
 RUN_OF_AXIS = {
     "uncertainty.scale": 0.0,

@@ -11,6 +11,8 @@ from hydroservo.identification.observer import fading_gain
 from hydroservo.identification.problem import delay_of, simulated
 from tests.support.synthetic_logs import NOISE, SCENARIO, SHORT, exact_log
 
+pytestmark = pytest.mark.slow  # each fits a log
+
 TOLD = ("plant.mass", "plant.bulk_modulus", "valve.time_constant")
 RANGES = dict.fromkeys((*TOLD, "plant.damping"), "-40%..+70%")
 WRONG = {"plant.mass": 7.0}
@@ -34,7 +36,6 @@ def relative_errors(found):
     return {path: found.parameters[path].value / value_at(truth, path) - 1.0 for path in TOLD}
 
 
-@pytest.mark.slow
 def test_a_slow_load_that_no_one_recorded_spoils_a_simulation_and_not_a_prediction():
     log = with_noise(exact_log(PUSHED), NOISE, 0)
     both = [

@@ -10,6 +10,8 @@ from hydroservo.identification import propose
 from hydroservo.identification.trial import bounds_of, candidates, kept, rolled, room
 from tests.support.synthetic_logs import NOISE, SCENARIO, exact_log
 
+pytestmark = pytest.mark.slow  # each fits a log
+
 CALM = {  # a demand that excites next to nothing
     "simulation.duration": "1 s",
     "simulation.record_period": "1 ms",

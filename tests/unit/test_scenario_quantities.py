@@ -6,6 +6,7 @@ import runpy
 import time
 from contextlib import suppress
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -269,10 +270,9 @@ def read_by_pint(name: str) -> tuple[Fraction, dict[str, Fraction]] | None:
     return (factor, dict(bases._units)) if PINT.Quantity(1, unit)._is_multiplicative else None
 
 
-@pytest.mark.parametrize("end", ["", "s"])
-@pytest.mark.parametrize("prefix", unit_names()["prefixes"])
-def test_prefixes_and_plurals_are_read_as_pint_reads_them(prefix: str, end: str) -> None:
-    for name in (f"{prefix}{unit}{end}" for unit in EACH):
+def test_prefixes_and_plurals_are_read_as_pint_reads_them() -> None:
+    for prefix, unit, end in product(unit_names()["prefixes"], EACH, ("", "s")):
+        name = f"{prefix}{unit}{end}"
         if expected := read_by_pint(name):
             assert unit_of_name(name) == expected, name
         else:
