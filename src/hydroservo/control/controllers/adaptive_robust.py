@@ -148,27 +148,11 @@ class AdaptiveRobust(NamedTuple):
             ),
         ]
         if self.largest_load:
-            found.append(
-                above(
-                    "load's bound",
-                    "largest_load is above the largest d_L1",
-                    self.largest_load,
-                    load,
-                    "m/s^2",
-                    measured=True,
-                )
-            )
+            meaning = "largest_load is above the largest d_L1"
+            found += [above("load's bound", meaning, self.largest_load, load, "m/s^2", measured=True)]
         if self.largest_flow:
-            found.append(
-                above(
-                    "flow's bound",
-                    "largest_flow is above the largest d_L2",
-                    self.largest_flow,
-                    flow,
-                    "N/s",
-                    measured=True,
-                )
-            )
+            meaning = "largest_flow is above the largest d_L2"
+            found += [above("flow's bound", meaning, self.largest_flow, flow, "N/s", measured=True)]
         if truth is None:
             return found
         factors = (
@@ -177,27 +161,12 @@ class AdaptiveRobust(NamedTuple):
             ("leakage", "leakage_spread", truth.f2(0.0, 1.0), model.f2(0.0, 1.0)),
             ("input gain", "input_spread", truth.g2(0.0, 0.0), model.g2(0.0, 0.0)),
         )
-        return [
-            *found,
-            *(
-                above(
-                    f"{name}'s bound",
-                    f"{spread} is above what the machine differs by",
-                    getattr(self, spread),
-                    abs(is_ / taken - 1.0),
-                )
-                for name, spread, is_, taken in factors
-                if taken
-            ),
-            near(
-                "mass known",
-                "the mass of the model is within 10 % of the machine's",
-                model.plant.mass,
-                truth.plant.mass,
-                1.1,
-                "kg",
-            ),
-        ]
+        for name, spread, is_, taken in factors:
+            if taken:
+                meaning, apart = f"{spread} is above what the machine differs by", abs(is_ / taken - 1.0)
+                found += [above(f"{name}'s bound", meaning, getattr(self, spread), apart)]
+        meaning = "the mass of the model is within 10 % of the machine's"
+        return [*found, near("mass known", meaning, model.plant.mass, truth.plant.mass, 1.1, "kg")]
 
     def init(self) -> AdaptiveRobustState:
         nominal = Unknowns(1.0, 1.0, 1.0, 1.0, 0.0, 0.0)

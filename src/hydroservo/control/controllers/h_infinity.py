@@ -78,13 +78,9 @@ class HInfinityLoopShaping(NamedTuple):
     second: Biquad = Biquad()
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        meaning = "1/gamma is above the nu-gap between the machine and the model, both behind the weight"
         return [
-            above(
-                "robust margin",
-                "1/gamma is above the nu-gap between the machine and the model, both behind the weight",
-                1.0 / self.gamma,
-                self.gap(facts),
-            ),
+            above("robust margin", meaning, 1.0 / self.gamma, self.gap(facts)),
             robust(facts),
             valve_known(self.valve_time_constant, facts),
         ]

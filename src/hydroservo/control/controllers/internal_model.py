@@ -83,15 +83,9 @@ class InternalModel(NamedTuple):
     gain_6: Annotated[float, Field("V/m", "gain of the oscillator in phase", COMPUTED, derived=True)] = 0.0
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        meaning = "frequency is within 1 % of that of the demand"
         return [
-            near(
-                "frequency known",
-                "frequency is within 1 % of that of the demand",
-                self.frequency,
-                facts.demand_frequency,
-                1.01,
-                "Hz",
-            ),
+            near("frequency known", meaning, self.frequency, facts.demand_frequency, 1.01, "Hz"),
             valve_known(self.time_constant, facts),
             robust(facts),
             within_limit(facts),

@@ -110,16 +110,9 @@ class LinearMPC(NamedTuple):
         known = valve_known(self.time_constant, facts)
         if facts.command.value < facts.limit and facts.command_rate.value < self.rate:
             return [known]  # no limit binds, and the moves change nothing
-        return [
-            known,
-            above(
-                "horizon",
-                "ten moves of hold samples outlast the valve's lag and a swing of the oil",
-                MOVES * self.hold * facts.period,
-                facts.valve_lag + 6.3 / facts.natural_frequency,
-                "s",
-            ),
-        ]
+        meaning = "ten moves of hold samples outlast the valve's lag and a swing of the oil"
+        least = facts.valve_lag + 6.3 / facts.natural_frequency
+        return [known, above("horizon", meaning, MOVES * self.hold * facts.period, least, "s")]
 
     def init(self) -> LinearMPCState:
         return LinearMPCState(0.0, 0.0, self.observer.init(), 0.0)

@@ -31,16 +31,8 @@ class RateLimit(NamedTuple):
     rate: Annotated[float, Field("V/s", "largest rate of the command", above=0)]
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        return [
-            above(
-                "rate",
-                "rate is above the largest of the command",
-                self.rate,
-                facts.command_rate,
-                "V/s",
-                measured=True,
-            )
-        ]
+        meaning = "rate is above the largest of the command"
+        return [above("rate", meaning, self.rate, facts.command_rate, "V/s", measured=True)]
 
     def init(self) -> RateLimitState:
         return RateLimitState(0.0, self.controller.init())

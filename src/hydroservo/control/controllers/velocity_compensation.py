@@ -43,15 +43,8 @@ class VelocityCompensation(NamedTuple):
         if truth is None:
             return []
         gain = -truth.f2(1.0, 0.0) / truth.g2(0.0, 0.0)
-        return [
-            below(
-                "feedback",
-                "k_v is at most the command per velocity",
-                self.velocity_gain,
-                1.0001 * gain,
-                "V s/m",
-            )
-        ]
+        meaning = "k_v is at most the command per velocity"
+        return [below("feedback", meaning, self.velocity_gain, 1.0001 * gain, "V s/m")]
 
     def init(self) -> VelocityCompensationState:
         return VelocityCompensationState(0.0, 0.0, self.controller.init())

@@ -39,17 +39,12 @@ class NaiveSuperTwisting(NamedTuple):
     disturbance_rate: Annotated[float, Field("m/s^4", "bound L on the disturbance's rate", above=0)]
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        model = facts.model
+        meaning = "h g1 d_L2, which stays on its surface, is below 1 % of what the demand makes there"
+        load, most = facts.disturbances[1], 0.01 * self.surface_gain * facts.demand.value
+        left = Peak(facts.period * facts.model.g1() * load.value, load.time)
         return [
             *twisting_assumptions(self.surface_gain, self.disturbance_rate, facts),
-            below(
-                "disturbance",
-                "h g1 d_L2, which stays on its surface, is below 1 % of what the demand makes there",
-                Peak(facts.period * model.g1() * facts.disturbances[1].value, facts.disturbances[1].time),
-                0.01 * self.surface_gain * facts.demand.value,
-                "m/s^2",
-                measured=True,
-            ),
+            below("disturbance", meaning, left, most, "m/s^2", measured=True),
         ]
 
     def init(self) -> NaiveSuperTwistingState:

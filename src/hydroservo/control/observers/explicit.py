@@ -22,11 +22,8 @@ class Explicit(NamedTuple):
 
     def supposes(self, D: float, noise: float, dt: float, unit: str) -> Sequence[Assumption]:
         """What it asks of a switching gain D [unit/s], on a surface that is measured with some noise."""
-        return [
-            below(
-                "explicit sgn", "D h, the band in which it switches, is within the noise", D * dt, noise, unit
-            )
-        ]
+        meaning = "D h, the band in which it switches, is within the noise"
+        return [below("explicit sgn", meaning, D * dt, noise, unit)]
 
     def first(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         return Correction(s, -k * s - D * ops.sign(s) - eps * ops.signed_power(s, a))

@@ -37,17 +37,11 @@ class HighGainObserver(NamedTuple):
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
         noise = facts.noise[0] / facts.period * -math.expm1(-self.velocity_rate * facts.period)
+        meaning = "the noise of the estimate of d_L1 is below what d_L1 is"
         return [
             valve_faster(self.hydraulic_force_rate, facts, "L_2"),
             model_stable(facts),
-            below(
-                "noise",
-                "the noise of the estimate of d_L1 is below what d_L1 is",
-                noise,
-                facts.disturbances[0].value,
-                "m/s^2",
-                measured=True,
-            ),
+            below("noise", meaning, noise, facts.disturbances[0].value, "m/s^2", measured=True),
         ]
 
     def init(self) -> Estimates:
