@@ -107,7 +107,7 @@ def measured(part: str) -> Section:
     """Nanoseconds of a sample period without a part, and how many vector operations lanes take."""
     PARTS[part]()
     from hydroservo.engine.kernel import CompiledRun
-    from hydroservo.engine.lanes import LANES, CompiledLanes, Group
+    from hydroservo.engine.lanes import LANES, CompiledLanes, LaneGroup
     from hydroservo.runs.fitting import first_state
     from hydroservo.runs.run import ready, studied, wanted_of
     from hydroservo.scenario import load_scenario
@@ -118,7 +118,7 @@ def measured(part: str) -> Section:
     operations = counted()
     run = CompiledRun(studied(loop, SAMPLES), wanted, state, strict=False)
     lanes = CompiledLanes(studied(loop, LANE_SAMPLES), wanted, state, tuple(SPREAD), strict=False)
-    group = Group(lanes, {path: drawn(loop, path, LANES) for path in SPREAD})
+    group = LaneGroup(lanes, {path: drawn(loop, path, LANES) for path in SPREAD})
     single = best(lambda: run.advance(0, SAMPLES, PERIOD, SAMPLES, np.zeros((1, 0))), SAMPLES)
     side_by_side = best(lambda: group.advance(0, LANE_SAMPLES, PERIOD), LANE_SAMPLES * LANES)
     return {"single": single, "lanes": side_by_side, "operations": operations[-1]}

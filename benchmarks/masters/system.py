@@ -12,7 +12,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.export.fmu import PARTS, FmiVersion, write_fmu, write_ssp
 from hydroservo.export.fmu.ssp import Connection, connections
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.scenario import load_scenario
 
 __all__ = [
@@ -114,7 +114,7 @@ def system(controlled: Loop, version: FmiVersion, folder: Path) -> System:
     return made
 
 
-def unit_of(loop: Loop, part: Part) -> Unit:
+def unit_of(loop: Loop, part: Part) -> CModule:
     return exported_unit(loop, part, prefix=part.value, title=f"the {part} of {SCENARIO}")
 
 

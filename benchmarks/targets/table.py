@@ -6,7 +6,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from benchmarks.table import Line, markdown
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 from tools.targets.boards import BOARDS, COMPILER
 from tools.targets.callgrind import instructions
 from tools.targets.compilers import output
@@ -34,7 +34,7 @@ class Measured(NamedTuple):
     boards: tuple[Costs, ...]
 
 
-def measured(units: Iterable[tuple[str, Unit, Rows]], say: Callable[[str], None]) -> Iterator[Measured]:
+def measured(units: Iterable[tuple[str, CModule, Rows]], say: Callable[[str], None]) -> Iterator[Measured]:
     """Measures each unit, by its name, with these inputs.
 
     Raises:

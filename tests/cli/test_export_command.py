@@ -257,7 +257,7 @@ def test_binaries_for_other_platforms(other, tmp_path, what):
 def test_a_binary_that_cannot_be_built_is_refused_before_the_export(
     tmp_path, monkeypatch, what, platform, problem
 ):
-    monkeypatch.setattr("hydroservo.export.products.translated", None)  # which would fail
+    monkeypatch.setattr("hydroservo.export.products.translate_part", None)  # which would fail
     monkeypatch.setenv("PATH", str(tmp_path))
     out = tmp_path / f"law.{what}"
     assert problem in failed("export", what, "paper/sine-pi", "--platform", platform, "--out", out)

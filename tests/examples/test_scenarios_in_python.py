@@ -10,7 +10,7 @@ from hydroservo import Loop, load_scenario, replace, simulate
 from hydroservo.control.monitors.group import Usual
 from hydroservo.control.wiring import believed
 from hydroservo.core.block import is_block, leaves, model_in
-from hydroservo.engine.flat import shape
+from hydroservo.engine.flat import block_shape
 from hydroservo.machine.plants import DesignModel
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
@@ -66,7 +66,7 @@ def test_a_loop_made_of_objects_is_the_scenario_s(
     file = tmp_path / "loop.py"
     file.write_text(python_file(wanted), encoding="utf-8")
     made = runpy.run_path(str(file))["loop"]
-    assert shape(ready(made)) == shape(ready(wanted))
+    assert block_shape(ready(made)) == block_shape(ready(wanted))
     assert bits(ready(made)) == bits(ready(wanted))
     assert scenario_hash(ready(made)) == scenario_hash(ready(wanted))
     period = wanted.simulation.period

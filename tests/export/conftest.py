@@ -8,7 +8,7 @@ import pytest
 from hydroservo.control.loop import Loop
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.fmu import FmiVersion
-from hydroservo.export.unit import Precision, Unit
+from hydroservo.export.unit import CModule, Precision
 from tests.support.export.fmus import Instance, mass, unpacked
 from tests.support.export.projects import scenario, unit
 from tests.support.export.toy import toy
@@ -41,10 +41,10 @@ def loop() -> Loop:
 
 
 @pytest.fixture(scope="module")
-def law(loop: Loop) -> tuple[Unit, Vectors]:
+def law(loop: Loop) -> tuple[CModule, Vectors]:
     return unit(loop)
 
 
 @pytest.fixture(scope="module")
-def single(loop: Loop) -> tuple[Unit, Vectors]:
+def single(loop: Loop) -> tuple[CModule, Vectors]:
     return unit(loop, precision=Precision.SINGLE)

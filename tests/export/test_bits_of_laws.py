@@ -11,7 +11,7 @@ from hydroservo.core.block import leaves
 from hydroservo.core.roles import Controller
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.engine import flat
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.runs.run import ready
@@ -55,7 +55,7 @@ def steps(law: Controller, rows: Rows) -> Rows:
 
     run.__module__ = flat.__name__  # whose functions may use memory
     out = np.empty(len(rows) * width)
-    compiled(run)(law, first, rows, out, PERIOD)
+    compiled_function(run)(law, first, rows, out, PERIOD)
     return out.reshape(-1, width)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.scenario import load_scenario
 from tests.support.needs import needs
 from tools.targets.sources import write_unit
@@ -30,12 +30,12 @@ COMPILERS = [
 
 
 @pytest.fixture(scope="module")
-def unit() -> Unit:
+def unit() -> CModule:
     loop = load_scenario("rig/1khz-tsmc-sine")
     return exported_unit(loop, Part.CONTROLLER, prefix="law", title="a law")
 
 
-def fused(unit: Unit, command: tuple[str, ...], folder: Path) -> int:
+def fused(unit: CModule, command: tuple[str, ...], folder: Path) -> int:
     """How many instructions that multiply and add at once a compiler makes of a unit."""
     needs(command[0])
     source = write_unit(unit, folder)
@@ -47,7 +47,7 @@ def fused(unit: Unit, command: tuple[str, ...], folder: Path) -> int:
 @pytest.mark.parametrize(
     ("command", "pragma"), COMPILERS, ids=lambda one: "-".join(one) if type(one) is tuple else ""
 )
-def test_nothing_is_fused(unit: Unit, command: tuple[str, ...], pragma: str, tmp_path: Path) -> None:
+def test_nothing_is_fused(unit: CModule, command: tuple[str, ...], pragma: str, tmp_path: Path) -> None:
     assert fused(unit, command, tmp_path) == 0
     assert fused(unit._replace(source=re.sub(pragma, "", unit.source)), command, tmp_path) > 0
 
@@ -56,7 +56,7 @@ def test_nothing_is_fused(unit: Unit, command: tuple[str, ...], pragma: str, tmp
     ("given", "status"), [(("-DFP_FAST_FMA",), 1), (("-DFP_FAST_FMA", "-DLAW_FUSES_NONE"), 0), ((), 0)]
 )
 def test_a_compiler_that_may_fuse_and_is_not_known_to_obey_is_refused(
-    unit: Unit, given: tuple[str, ...], status: int, tmp_path: Path
+    unit: CModule, given: tuple[str, ...], status: int, tmp_path: Path
 ) -> None:
     needs("gcc")
     words = ["gcc", "-U__GNUC__", *given, "-E", write_unit(unit, tmp_path), "-o", tmp_path / "law.i"]

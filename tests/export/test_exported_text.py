@@ -11,7 +11,7 @@ from hydroservo.control.controllers import PI, TSMC, Saturation
 from hydroservo.core.errors import LoopError, ParameterError
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.texts import WIDTH, comment
-from hydroservo.export.unit import Part, Precision, Unit
+from hydroservo.export.unit import CModule, Part, Precision
 from hydroservo.language.names import identifier, is_identifier, snake
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
@@ -20,7 +20,7 @@ from tests.support.needs import needs
 from tools.targets.host import library
 
 
-def run(unit: Unit, rows: np.ndarray, folder: Path) -> np.ndarray:
+def run(unit: CModule, rows: np.ndarray, folder: Path) -> np.ndarray:
     """The states after each row, by a library of its own: one that is loaded must not be written again."""
     own = folder / f"{unit.real}{unit.inlined}"
     own.mkdir()

@@ -8,7 +8,7 @@ import pytest
 
 from hydroservo.export.c.project import write_c_project
 from hydroservo.export.c.vectors import Vectors
-from hydroservo.export.unit import Part, Precision, Unit
+from hydroservo.export.unit import CModule, Part, Precision
 from tests.support.export.cases import SINGLE, Case, each_board, each_case, named, unit_of, vectors_of
 from tests.support.needs import needs
 from tools.targets.boards import COMPILER, Board, compiled, image, ran
@@ -28,7 +28,7 @@ def test_boards_call_nothing_but_roots_and_helpers(case: Case, board: Board, tmp
     assert foreign(undefined(compiled(unit_of(case), board, tmp_path), "arm-none-eabi-nm")) == set()
 
 
-def replayed(unit: Unit, vectors: Vectors, board: Board, folder: Path) -> CompletedProcess[str]:
+def replayed(unit: CModule, vectors: Vectors, board: Board, folder: Path) -> CompletedProcess[str]:
     """The replay that is exported beside the code, on a board."""
     write_c_project(unit, vectors, folder)
     sources = [folder / f"{unit.prefix}.c", folder / f"{unit.prefix}_replay.c"]

@@ -17,7 +17,7 @@ from hydroservo.export import compilers
 from hydroservo.export.compilers import this_platform
 from hydroservo.export.fmu import FmiVersion, contents, write, write_fmu
 from hydroservo.export.fmu.variables import base_unit
-from hydroservo.export.fmu.write import place_of
+from hydroservo.export.fmu.write import library_place
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Signal
 from hydroservo.scenario import load_scenario
@@ -158,7 +158,7 @@ def test_a_file_holds_all_that_it_needs(fmus: dict[str, Path], version: FmiVersi
     }
     assert {"sources/toy.c", "sources/toy.h", "sources/model.c", f"sources/fmi{version}.c"} < names
     assert [name for name in names if name.startswith("binaries/")] == [
-        place_of(version, "toy", this_platform())
+        library_place(version, "toy", this_platform())
     ]
     assert all(name in page for name in variables(fmus["pi"]))
     assert "hydroservo developers" in licences

@@ -13,7 +13,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.fmu.contents import fmu_files
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Signal, Unit
+from hydroservo.export.unit import CModule, Part, Signal
 from hydroservo.scenario import load_scenario
 from tests.support.export.fmus import Instance, parts_make_the_run
 from tests.support.scenarios import MACHINES
@@ -42,7 +42,7 @@ def test_descriptions_are_valid(name: str, tmp_path: Path) -> None:
             assert len(description.modelVariables) == 1 + numbers - unseen
 
 
-def hidden(unit: Unit) -> list[Signal]:
+def hidden(unit: CModule) -> list[Signal]:
     """Numbers of equations that the FMU keeps to itself."""
     given = [one for argument in unit.arguments for one in argument.signals]
     return [one for one in (*given, *unit.states) if one.path.startswith(("instant.", "start.", "jump"))]

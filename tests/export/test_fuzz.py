@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 from tests.support.export.fuzz import BLOCK, fuzzed, verdict
 from tests.support.export.sanitizers import watched
 from tests.support.export.toy import toy
@@ -33,7 +33,9 @@ def test_half_of_each_block_is_left_as_it_is() -> None:
 
 @pytest.mark.parametrize("compiler", ["gcc", pytest.param("clang", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("unit", [toy(), single()], ids=["double", "single"])
-def test_nothing_undefined_and_nothing_beyond_the_limits(unit: Unit, compiler: str, tmp_path: Path) -> None:
+def test_nothing_undefined_and_nothing_beyond_the_limits(
+    unit: CModule, compiler: str, tmp_path: Path
+) -> None:
     needs(compiler)
     found = verdict(watched(unit, tmp_path, compiler), inputs(unit, ROWS), LIMIT)
     assert found.outside == 0

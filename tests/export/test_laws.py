@@ -6,7 +6,7 @@ import pytest
 
 from hydroservo import Loop
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Precision, Unit
+from hydroservo.export.unit import CModule, Part, Precision
 from hydroservo.runs.run import ready
 from hydroservo.testing.examples import example
 from hydroservo.testing.loops import signal_for
@@ -20,7 +20,7 @@ from tools.targets.laws import LAWS
 pytestmark = pytest.mark.slow
 
 
-def unit_of(name: str, precision: Precision) -> Unit:
+def unit_of(name: str, precision: Precision) -> CModule:
     """What is exported of a law."""
     loop = example(Loop, controller=LAWS[name], controls=signal_for(LAWS[name]))
     return exported_unit(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)

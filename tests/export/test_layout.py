@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from hydroservo.export.c.layout import INDENT, laid_out
+from hydroservo.export.c.layout import INDENT, lay_out
 from hydroservo.export.texts import WIDTH
 from tests.support.export.cases import Case, each_case, unit_of
 
@@ -44,7 +44,7 @@ LONG = "a_long_name_of_a_number_of_the_state"
 )
 def test_lines_are_indented_and_parted_where_they_are_long(text: str, expected: str) -> None:
     text, expected = (one.replace("LONG", LONG) for one in (text, expected))
-    assert laid_out(text) == expected
+    assert lay_out(text) == expected
 
 
 @each_case

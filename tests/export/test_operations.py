@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo.export.c.vectors import made_vectors
+from hydroservo.export.c.vectors import make_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Operations, Part
 from tests.support.export.counting import COMPILER, operations_done
@@ -16,10 +16,19 @@ from tools.targets.instructions import PAGE, compared, instructions_shown
 
 # Every law: its command is no number, and neither of the two numbers of its state infinite.
 GUARD = Operations(comparisons=3)
+LONG = """u = 0.0
+if r.value > 1e9:
+    for _ in range(-(2**62), 2**62):
+        u = u + y.velocity
+return LawState(u, 0.0)"""
 COUNTED = {
     "return LawState(self.gain * (r.value - y.velocity), s.u)": Operations(1, 1),
     "e = r.value\nu = e / 3.0 if e > 0.0 else e + e * e\nreturn LawState(u, 0.0)": Operations(1, 1, 0, 0, 1),
     "u = 0.0\nfor _ in range(7):\n    u = u + y.velocity * u\nreturn LawState(u, 0.0)": Operations(7, 7),
+    "u = 0.0\nfor _ in range(-(2**62), 2**62):\n    u = u + y.velocity\nreturn LawState(u, 0.0)": Operations(
+        2**63
+    ),
+    "u = 0.0\nfor _ in range(9, 2, -3):\n    u = u + y.velocity\nreturn LawState(u, 0.0)": Operations(3),
     "unread = r.value * r.value\nreturn LawState(y.velocity, 0.0)": Operations(),
     "return LawState(-ops.absolute(y.velocity), 0.0)": Operations(),
     "return LawState(ops.power(2.0, 3.0), ops.sqrt(y.velocity))": Operations(roots=1, comparisons=1),
@@ -60,7 +69,7 @@ def test_no_step_of_the_c_takes_more_and_some_take_nearly_as_much(name: str, tmp
     needs(COMPILER)
     loop = controllers()[name]
     unit = exported_unit(loop, Part.CONTROLLER, prefix="unit", title=name)
-    done = operations_done(unit, made_vectors(loop, Part.CONTROLLER, unit).inputs, tmp_path)
+    done = operations_done(unit, make_vectors(loop, Part.CONTROLLER, unit).inputs, tmp_path)
     assert unit.operations is not None
     most = max(one.total for one in done)
     assert 0.94 * unit.operations.total <= most <= unit.operations.total

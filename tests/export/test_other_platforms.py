@@ -14,8 +14,8 @@ from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.compilers import Platform, this_platform
 from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.fmu.contents import Files, fmu_files
-from hydroservo.export.fmu.variables import Kind, variables_of
-from hydroservo.export.fmu.write import place_of
+from hydroservo.export.fmu.variables import VariableKind, variables_of
+from hydroservo.export.fmu.write import library_place
 from hydroservo.export.unit import Part
 from tests.support.export import DRIVERS
 from tests.support.export.agreement import same_bits
@@ -85,7 +85,7 @@ def stepped(fmu: Built, platform: Platform, compiler: str, *emulator: str) -> li
     place = fmu.folder.parent
     program = runner(place, fmu, platform, compiler)
     token = fmpy.read_model_description(fmu.folder).guid
-    library = f"./{fmu.folder.name}/{place_of(fmu.version, 'unit', platform)}"
+    library = f"./{fmu.folder.name}/{library_place(fmu.version, 'unit', platform)}"
     return run(place, *emulator, program, library, token, given=rows(fmu)).splitlines()
 
 
@@ -105,8 +105,8 @@ def rows(fmu: Built) -> str:
     unit = unit_of(fmu.case)
     inputs = rows_of(unit, SAMPLES)
     variables = variables_of(unit)
-    given = [one.reference for one in variables if one.kind is Kind.INPUT]
-    asked = [one.reference for one in variables if one.kind in (Kind.OUTPUT, Kind.LOCAL)]
+    given = [one.reference for one in variables if one.kind is VariableKind.INPUT]
+    asked = [one.reference for one in variables if one.kind in (VariableKind.OUTPUT, VariableKind.LOCAL)]
     words = [np.float64(unit.period).view(np.uint64), len(given), len(asked), len(inputs), *given, *asked]
     return "\n".join(f"{int(one):x}" for one in [*words, *inputs.view(np.uint64).ravel()])
 
@@ -170,7 +170,7 @@ def driven(emulated: Emulated, files: Files, driver: str, folder: Path) -> list[
 def test_a_library_needs_the_system_alone_and_shows_fmi_alone(fmu: Built, emulated: Emulated) -> None:
     prefix = emulated.compiler.removesuffix("gcc")
     needs(f"{prefix}objdump", f"{prefix}nm")
-    library = place_of(fmu.version, "unit", emulated.platform)
+    library = library_place(fmu.version, "unit", emulated.platform)
     said = run(fmu.folder, f"{prefix}objdump", "-p", library)
     needed = re.findall(r"(?:DLL Name:|NEEDED) +(\S+)", said)
     assert needed

@@ -9,7 +9,7 @@ from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.export import compilers
 from hydroservo.export.compilers import TOOLCHAINS, platforms_named, this_platform
 from hydroservo.export.fmu import FmiVersion, Platform, check_tools, write_fmu
-from hydroservo.export.fmu.write import place_of
+from hydroservo.export.fmu.write import library_place
 from tests.support.export.toy import toy
 from tests.support.needs import needs
 
@@ -70,7 +70,7 @@ def test_each_platform_is_there_once() -> None:
     ],
 )
 def test_binaries_are_where_the_standard_wants_them(platform: Platform, places: tuple[str, str]) -> None:
-    assert tuple(place_of(version, "law", platform) for version in FmiVersion) == tuple(
+    assert tuple(library_place(version, "law", platform) for version in FmiVersion) == tuple(
         f"binaries/{place}" for place in places
     )
 
@@ -82,7 +82,7 @@ def test_an_fmu_holds_a_binary_for_each_platform(tmp_path: Path) -> None:
     file = write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0, platforms=chosen)
     with zipfile.ZipFile(file) as archive:
         names = archive.namelist()
-        starts = [archive.read(place_of(FmiVersion.FMI2, "toy", one))[:20] for one in chosen]
+        starts = [archive.read(library_place(FmiVersion.FMI2, "toy", one))[:20] for one in chosen]
         licence = archive.read("documentation/licenses/mingw-w64.txt")
     assert len([name for name in names if name.startswith("binaries/")]) == len(chosen)
     assert [starts[0][:4], starts[0][18]] == [b"\x7fELF", 0x3E]  # x86-64

@@ -10,10 +10,10 @@ import pytest
 
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import HydroservoError
-from hydroservo.export.c.project import c_project, memory, proof_of, write_c_project
+from hydroservo.export.c.project import c_project, memory_size, proof_of, write_c_project
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.texts import WIDTH
-from hydroservo.export.unit import Part, Precision, Signal, Unit
+from hydroservo.export.unit import CModule, Part, Precision, Signal
 from tests.support.export.projects import TITLE, check, make, unit
 from tests.support.needs import needs
 from tools.targets.boards import BOARDS, COMPILER, Board
@@ -29,7 +29,7 @@ each_compiler = pytest.mark.parametrize("compiler", ["gcc", "clang"])
 
 
 @pytest.fixture
-def folder(law: tuple[Unit, Vectors], tmp_path: Path) -> Path:
+def folder(law: tuple[CModule, Vectors], tmp_path: Path) -> Path:
     write_c_project(*law, tmp_path)
     return tmp_path
 
@@ -66,7 +66,7 @@ def test_parameters_may_be_inlined(loop: Loop, tmp_path: Path) -> None:
 @each_compiler
 @pytest.mark.parametrize(("row", "column", "name"), [(17, 1, "integral"), (541, 2, "unlimited")])
 def test_one_bit_of_one_number_is_found(
-    law: tuple[Unit, Vectors], tmp_path: Path, compiler: str, row: int, column: int, name: str
+    law: tuple[CModule, Vectors], tmp_path: Path, compiler: str, row: int, column: int, name: str
 ) -> None:
     made, vectors = law
     true = vectors.expected[row, column]
@@ -141,7 +141,7 @@ def test_the_replay_runs_on_an_emulated_target(folder: Path, board: Board) -> No
 
 @each_compiler
 def test_single_precision_states_its_deviation(
-    single: tuple[Unit, Vectors], tmp_path: Path, compiler: str
+    single: tuple[CModule, Vectors], tmp_path: Path, compiler: str
 ) -> None:
     needs("make", compiler)
     write_c_project(*single, tmp_path, proof_of(*single))
@@ -167,7 +167,7 @@ def test_single_precision_states_its_deviation(
     ],
 )
 def test_a_compiler_that_does_not_work_measures_nothing_and_the_readme_says_why(
-    compiler: str, why: str, single: tuple[Unit, Vectors], monkeypatch: pytest.MonkeyPatch
+    compiler: str, why: str, single: tuple[CModule, Vectors], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CC", compiler)
     text = " ".join(c_project(*single, proof_of(*single))["README.md"].split())
@@ -176,7 +176,7 @@ def test_a_compiler_that_does_not_work_measures_nothing_and_the_readme_says_why(
 
 @pytest.mark.nightly
 def test_a_program_for_another_machine_measures_nothing(
-    single: tuple[Unit, Vectors], monkeypatch: pytest.MonkeyPatch
+    single: tuple[CModule, Vectors], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     needs("arm-none-eabi-gcc")
     monkeypatch.setenv("CC", "arm-none-eabi-gcc --specs=nosys.specs -mcpu=cortex-m7")
@@ -197,7 +197,9 @@ def test_the_same_export_gives_the_same_bytes(loop: Loop, folder: Path) -> None:
     assert {name: (folder / name).read_text() for name in FILES} == c_project(*unit(loop))
 
 
-def test_other_files_stay_and_strangers_are_not_replaced(law: tuple[Unit, Vectors], tmp_path: Path) -> None:
+def test_other_files_stay_and_strangers_are_not_replaced(
+    law: tuple[CModule, Vectors], tmp_path: Path
+) -> None:
     (tmp_path / "main.c").write_text("mine")
     assert write_c_project(*law, tmp_path) == [tmp_path / name for name in FILES]
     assert write_c_project(*law, tmp_path)
@@ -213,7 +215,7 @@ def test_other_files_stay_and_strangers_are_not_replaced(law: tuple[Unit, Vector
 # --- the README
 
 
-def test_the_readme_tells_what_is_exported(law: tuple[Unit, Vectors], folder: Path) -> None:
+def test_the_readme_tells_what_is_exported(law: tuple[CModule, Vectors], folder: Path) -> None:
     made, text = law[0], (folder / "README.md").read_text()
     assert text.startswith(f"# {TITLE}\n")
     assert "| 24 bytes of state for each instance; 40 bytes of parameters" in text
@@ -227,7 +229,7 @@ def test_the_readme_tells_what_is_exported(law: tuple[Unit, Vectors], folder: Pa
     assert not re.search(r" \n|\n\n\n", text)
 
 
-def test_markdown_of_a_meaning_is_escaped(law: tuple[Unit, Vectors]) -> None:
+def test_markdown_of_a_meaning_is_escaped(law: tuple[CModule, Vectors]) -> None:
     limit = Signal("controller.limit", "limit", "", "of |s|^a * 2", 1.0)
     text = c_project(law[0]._replace(parameters=(limit,)), law[1])["README.md"]
     assert r"| `limit` | 1.0 | - | of \|s\|^a \* 2 |" in text
@@ -250,7 +252,7 @@ def test_the_readmes_example_compiles(
     subprocess.run(["gcc", *STRICT, "-fsyntax-only", tmp_path / "interrupt.c"], check=True)
 
 
-def test_memory_counts_the_numbers(law: tuple[Unit, Vectors], single: tuple[Unit, Vectors]) -> None:
-    assert memory(law[0]) == (24, 40)
-    assert memory(single[0]) == (12, 20)
-    assert memory(law[0]._replace(inlined=True)) == (24, 0)
+def test_memory_counts_the_numbers(law: tuple[CModule, Vectors], single: tuple[CModule, Vectors]) -> None:
+    assert memory_size(law[0]) == (24, 40)
+    assert memory_size(single[0]) == (12, 20)
+    assert memory_size(law[0]._replace(inlined=True)) == (24, 0)

@@ -11,7 +11,7 @@ from hydroservo.export.c.project import Proof, proven_vectors
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.products import proof_line
-from hydroservo.export.unit import Part, Precision, Unit
+from hydroservo.export.unit import CModule, Part, Precision
 from hydroservo.scenario import load_scenario
 from tests.support.export.small_laws import NAMED, law
 from tests.support.needs import needs
@@ -25,11 +25,11 @@ if self.gain < 0.0:
 return LawState(u, 0.0)"""
 
 
-def unit_of(loop: Loop, part: Part = Part.CONTROLLER, **options: Precision) -> Unit:
+def unit_of(loop: Loop, part: Part = Part.CONTROLLER, **options: Precision) -> CModule:
     return exported_unit(loop, part, **NAMED | options)
 
 
-def proven(loop: Loop, unit: Unit, part: Part = Part.CONTROLLER) -> tuple[Vectors, Proof]:
+def proven(loop: Loop, unit: CModule, part: Part = Part.CONTROLLER) -> tuple[Vectors, Proof]:
     needs("gcc")
     return proven_vectors(loop, part, unit)
 

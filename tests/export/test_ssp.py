@@ -12,7 +12,7 @@ from fmpy.ssp.ssd import Connection, read_ssd
 from hydroservo import HydroservoError
 from hydroservo.export.fmu import PARTS, FmiVersion, write_ssp
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario
 from tests.support.export.fmus import Instance
@@ -27,7 +27,7 @@ LOOP = load_scenario("rig/1khz-tsmc-sine", {"simulation.record_period": "1 ms", 
 
 
 @pytest.fixture(scope="module")
-def units() -> dict[Part, Unit]:
+def units() -> dict[Part, CModule]:
     return {part: exported_unit(LOOP, part, prefix=part.value, title=f"a {part}") for part in PARTS}
 
 
@@ -37,7 +37,7 @@ def units() -> dict[Part, Unit]:
     ids=lambda version: version.name,
 )
 def system(
-    units: dict[Part, Unit], request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+    units: dict[Part, CModule], request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Path:
     needs("cc")
     folder = tmp_path_factory.mktemp("system")
@@ -126,13 +126,13 @@ def test_stepped_unit_by_unit_as_listed_it_is_the_simulation(system: Path, tmp_p
     np.testing.assert_array_equal(found, simulate(LOOP, strict=True)["plant.velocity"].values[:SAMPLES])
 
 
-def test_equal_exports_give_equal_bytes(units: dict[Part, Unit], tmp_path: Path) -> None:
+def test_equal_exports_give_equal_bytes(units: dict[Part, CModule], tmp_path: Path) -> None:
     needs("cc")
     one, again = (write_ssp(units, tmp_path / f"{name}.ssp", stop_time=1.0) for name in "ab")
     assert one.read_bytes() == again.read_bytes()
 
 
-def test_its_name_ends_in_ssp(units: dict[Part, Unit], tmp_path: Path) -> None:
+def test_its_name_ends_in_ssp(units: dict[Part, CModule], tmp_path: Path) -> None:
     with pytest.raises(HydroservoError, match=r"loop\.fmu: its name must end in \.ssp"):
         write_ssp(units, tmp_path / "loop.fmu", stop_time=1.0)
     assert not list(tmp_path.iterdir())

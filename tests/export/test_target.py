@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 from tests.support.export.toy import toy
 from tests.support.export.variants import changed, each_unit, idling, inputs
 from tests.support.needs import needs
@@ -25,7 +25,7 @@ each_board = pytest.mark.parametrize("board", BOARDS, ids=[board.name for board 
 @each_unit
 @each_board
 def test_a_board_calls_nothing_but_roots_and_its_compilers_helpers(
-    unit: Unit, board: Board, tmp_path: Path
+    unit: CModule, board: Board, tmp_path: Path
 ) -> None:
     needs(COMPILER)
     called = undefined(compiled(unit, board, tmp_path), "arm-none-eabi-nm")
@@ -59,7 +59,7 @@ def test_a_fault_is_a_status(board: Board, tmp_path: Path) -> None:
 
 @each_unit
 @each_board
-def test_costs(unit: Unit, board: Board, tmp_path: Path) -> None:
+def test_costs(unit: CModule, board: Board, tmp_path: Path) -> None:
     needs(COMPILER, EMULATOR)
     found = costs(unit, board, inputs(unit), tmp_path)
     real = 4 if unit.real == "float" else 8

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 from tests.support.export.cppcheck import Finding, findings, unaccepted
 from tests.support.export.sanitizers import watched
 from tests.support.export.toy import toy
@@ -28,7 +28,7 @@ each_sanitizer = pytest.mark.parametrize(
 
 
 @each_unit
-def test_both_compilers_give_the_same_bits_at_every_level(unit: Unit, tmp_path: Path) -> None:
+def test_both_compilers_give_the_same_bits_at_every_level(unit: CModule, tmp_path: Path) -> None:
     needs(*COMPILERS)
     found = [
         library(unit, tmp_path, compiler, [level]).run(inputs(unit)).tobytes()
@@ -61,7 +61,7 @@ def test_states_follow_each_row(tmp_path: Path) -> None:
 
 
 @each_unit
-def test_the_program_does_what_the_library_does(unit: Unit, tmp_path: Path) -> None:
+def test_the_program_does_what_the_library_does(unit: CModule, tmp_path: Path) -> None:
     needs("gcc")
     given = None if unit.inlined else {"controller.integral_gain": 1e3}
     states = program(unit, tmp_path).run(inputs(unit), given)
@@ -113,7 +113,7 @@ def test_single_precision_holds_no_double(compiler: str, tmp_path: Path) -> None
 
 @each_unit
 @each_sanitizer
-def test_sanitizers_are_silent(unit: Unit, compiler: str, tmp_path: Path) -> None:
+def test_sanitizers_are_silent(unit: CModule, compiler: str, tmp_path: Path) -> None:
     needs(compiler, "gcc")
     states = watched(unit, tmp_path, compiler).run(inputs(unit))
     assert states.tobytes() == library(unit, tmp_path).run(inputs(unit)).tobytes()
@@ -153,7 +153,7 @@ def test_a_call_of_the_maths_library_is_seen(compiler: str, tmp_path: Path) -> N
 
 @pytest.mark.nightly
 @each_unit
-def test_cppcheck_finds_nothing_but_accepted_deviations(unit: Unit, tmp_path: Path) -> None:
+def test_cppcheck_finds_nothing_but_accepted_deviations(unit: CModule, tmp_path: Path) -> None:
     needs("cppcheck")
     assert unaccepted(findings(unit, tmp_path)) == []
 

@@ -11,7 +11,7 @@ import pytest
 from hydroservo import Loop
 from hydroservo.core.errors import HydroservoError
 from hydroservo.export.c.project import write_c_project
-from hydroservo.export.c.vectors import made_vectors
+from hydroservo.export.c.vectors import make_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.language.names import identifier
@@ -190,7 +190,7 @@ def test_text_of_a_user_stays_where_it_is_put(text: str, tmp_path: Path) -> None
     file.write_text(own.replace('"V", "number beside it"', f"{text!r}, {text!r}"))
     loop = loaded(file, loop)
     unit = exported_unit(loop, Part.CONTROLLER, **NAMED)
-    write_c_project(unit, made_vectors(loop, Part.CONTROLLER, unit), tmp_path / "out")
+    write_c_project(unit, make_vectors(loop, Part.CONTROLLER, unit), tmp_path / "out")
     done = check(tmp_path / "out")
     assert (done.returncode, done.stderr) == (0, "")
 
@@ -199,7 +199,7 @@ def test_text_of_a_user_stays_where_it_is_put(text: str, tmp_path: Path) -> None
 def test_a_file_written_by_hand_is_left_alone(name: str, tmp_path: Path) -> None:
     loop = law(tmp_path, "return LawState(y.velocity, s.u)")
     unit = exported_unit(loop, Part.CONTROLLER, **NAMED)
-    vectors = made_vectors(loop, Part.CONTROLLER, unit)
+    vectors = make_vectors(loop, Part.CONTROLLER, unit)
     out = tmp_path / "out"
     write_c_project(unit, vectors, out)
     write_c_project(unit, vectors, out)

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.engine.native import CompileError
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.language.scope import TranslationError
 from tests.support.export.small_laws import FIRST, HEAD, NAMED, R, Y, assert_same, law, loop_of
 from tests.support.needs import needs
@@ -18,7 +18,7 @@ TEXT = HEAD.replace(
 )  # of a file whose law has no step yet
 
 
-def translated(folder: Path, body: str, **changes: object) -> Unit:
+def translated(folder: Path, body: str, **changes: object) -> CModule:
     return exported_unit(law(folder, body, **changes), Part.CONTROLLER, **NAMED)
 
 
@@ -291,7 +291,7 @@ def test_what_is_not_in_the_language_is_refused_in_the_same_words(
     if line is not None:
         controller = law(tmp_path, body).controller
         with pytest.raises(CompileError) as error:
-            compiled(type(controller).step)(controller, controller.init(), Y, R, 1e-3)
+            compiled_function(type(controller).step)(controller, controller.init(), Y, R, 1e-3)
         assert message.endswith(f": {error.value}")
     if line is not None and "without a return" not in problem:
         assert f"line {FIRST + line}, Law.step" in message

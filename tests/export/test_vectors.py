@@ -5,12 +5,12 @@ import pytest
 
 from hydroservo.control.loop import Loop
 from hydroservo.export.c.vectors import HUGE, Vectors
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.runs.run import simulate
 from tests.support.export.projects import scenario, unit
 
 
-def test_vectors_begin_as_the_simulation_does(loop: Loop, law: tuple[Unit, Vectors]) -> None:
+def test_vectors_begin_as_the_simulation_does(loop: Loop, law: tuple[CModule, Vectors]) -> None:
     data = simulate(scenario(simulation__record_period=1e-5), strict=True)
     for column, signal in enumerate(law[0].states):
         np.testing.assert_array_equal(law[1].expected[:50, column], data[signal.path].values[:50])
@@ -37,7 +37,7 @@ def test_a_machine_is_given_the_loops_commands(loop: Loop) -> None:
 
 
 def test_bad_samples_come_last_in_double_alone(
-    law: tuple[Unit, Vectors], single: tuple[Unit, Vectors]
+    law: tuple[CModule, Vectors], single: tuple[CModule, Vectors]
 ) -> None:
     inputs, expected = law[1].inputs, law[1].expected
     np.testing.assert_array_equal(inputs[:500], single[1].inputs)

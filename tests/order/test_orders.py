@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from hydroservo import Loop, ops
 from hydroservo.control.loop import MachineState
 from hydroservo.core.block import Block, leaves
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.machine.drives import ValveOnSupplyState
 from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.machine.loads import Sine
@@ -24,7 +24,7 @@ from hydroservo.testing.examples import example
 
 @cache
 def compiled_method(integrator: type, name: str) -> Callable[..., Any]:
-    return compiled(vars(integrator)[name])
+    return compiled_function(vars(integrator)[name])
 
 
 def rk4_step(system: Block, t: float, x: Block, u: float, h: float) -> Block:

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hydroservo.engine import cuda
-from hydroservo.engine.cuda_driver import Kernel, has_device
+from hydroservo.engine.cuda_driver import DeviceKernel, has_device
 from hydroservo.runs import batch
 from hydroservo.runs.batch import simulate_batch
 from tests.support.cuda_cases import LOOPS, diverging, drawn
@@ -34,7 +34,7 @@ def test_strict_ptx_gives_the_bits_of_this_processor(
 ) -> None:
     parameters = drawn(runs, seed)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Kernel, "resident", lambda *_: most)
+        patch.setattr(DeviceKernel, "resident", lambda *_: most)
         patch.setattr(cuda, "WAVES", 1)
         patch.setattr(batch, "CUDA_CHUNK", chunk)
         found = simulate_batch(LOOPS[name], parameters, strict=True, cuda=True)

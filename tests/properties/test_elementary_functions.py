@@ -12,8 +12,8 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from hydroservo import ops
-from hydroservo.engine.compiling import compiled
-from hydroservo.engine.flat import written
+from hydroservo.engine.compiling import compiled_function
+from hydroservo.engine.flat import text_function
 
 ULP = 2.0**-52  # relative
 LEAST_NORMAL = 2.0**-1022
@@ -76,7 +76,9 @@ def compiled_op(name: str) -> Callable[..., Any]:
     """An op called from compiled code, as blocks call it."""
     names = ", ".join("abcd"[: len(ARGUMENTS[name])])
     namespace: dict[str, Any] = {"ops": ops}
-    return compiled(written(f"def call({names}): return ops.{name}({names})", namespace, "call"))
+    return compiled_function(
+        text_function(f"def call({names}): return ops.{name}({names})", namespace, "call")
+    )
 
 
 def test_every_op_is_tested() -> None:

@@ -15,7 +15,7 @@ from hydroservo.control.holds import DelayedHold
 from hydroservo.control.holds.delayed import DelayedHoldState, HeldTwice
 from hydroservo.core.block import Block, Field
 from hydroservo.core.roles import Integrator
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.machine.loads import Sine, Square, Step
 
@@ -48,7 +48,7 @@ def command(k: int) -> float:
     return 1.0 + math.cos(1.7 * k)
 
 
-ADVANCE = {cls: compiled(vars(cls)["advance"]) for cls in (RK4, Rosenbrock, Tsit5)}
+ADVANCE = {cls: compiled_function(vars(cls)["advance"]) for cls in (RK4, Rosenbrock, Tsit5)}
 
 
 def simulated(integrator: Integrator, machine: Machine, first: int, substeps: int) -> Motion:

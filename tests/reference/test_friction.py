@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.machine.integrators import RK4
 from hydroservo.machine.mechanics import LuGre, LuGreState, Stops, Stribeck, StribeckState
 from hydroservo.testing.examples import example
@@ -44,7 +44,7 @@ class Slope(NamedTuple):
 
 @pytest.fixture(scope="module")
 def advance() -> Any:
-    return compiled(RK4.advance)
+    return compiled_function(RK4.advance)
 
 
 def after(advance: Any, pull: float, start: SlopeState, duration: float) -> SlopeState:

@@ -12,7 +12,7 @@ from hydroservo.control.controllers import PI
 from hydroservo.control.loop import MachineState
 from hydroservo.control.references import Sine
 from hydroservo.core.block import Block, leaves
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.machine.drives import ValveOnSupplyState
 from hydroservo.machine.integrators import RK4
 from hydroservo.machine.loads import Sine as SineLoad
@@ -33,7 +33,7 @@ SIZES = {
 @cache
 def advance() -> Any:
     """One sample period of the classical Runge-Kutta method."""
-    return compiled(RK4.advance)
+    return compiled_function(RK4.advance)
 
 
 def loop_with(valve: Block) -> Loop:

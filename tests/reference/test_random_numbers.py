@@ -15,7 +15,7 @@ from scipy import stats
 from hydroservo import ops
 from hydroservo.core.ops.random import philox
 from hydroservo.engine import flat
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 
 # Rows "philox4x32 10" of tests/kat_vectors in Random123 1.14.0: counter, key, answer
 ANSWERS = [
@@ -37,7 +37,7 @@ def encrypted(counter: Any, key: Any) -> Any:
     return philox(counter, key)
 
 
-@pytest.mark.parametrize("mode", [lambda f: f, compiled], ids=["interpreted", "compiled"])
+@pytest.mark.parametrize("mode", [lambda f: f, compiled_function], ids=["interpreted", "compiled"])
 @pytest.mark.parametrize(("counter", "key", "answer"), ANSWERS)
 def test_the_generator_gives_its_published_answers(mode: Any, counter: str, key: str, answer: str) -> None:
     assert mode(encrypted)(words(counter), words(key)) == words(answer)
@@ -79,7 +79,7 @@ def filler(op: Callable[..., float]) -> Callable[..., None]:
             out[i] = op(seed, stream, float(first + i))
 
     fill.__module__ = flat.__name__  # whose functions may use memory
-    return compiled(fill)
+    return compiled_function(fill)
 
 
 @cache

@@ -77,14 +77,14 @@ def side_by_side(edge: str) -> None:
     """A batch with all its memory guarded has the bits of one without."""
     parameters = {"plant.bulk_modulus": np.linspace(3e8, 2e9, 33)}
     wanted = batch.simulate_batch(loop(edge), parameters, strict=True)
-    init, aligned = lanes.CompiledLanes.__init__, lanes.aligned
+    init, aligned = lanes.CompiledLanes.__init__, lanes.aligned_rows
 
     def started(self: Any, *arguments: Any, **options: Any) -> None:
         init(self, *arguments, **options)
         self.constants, self.tables = guarded(self.constants, edge), guarded(self.tables, edge)
 
     lanes.CompiledLanes.__init__ = started  # type: ignore[method-assign]
-    lanes.aligned = lambda rows: guarded(aligned(rows), edge)
+    lanes.aligned_rows = lambda rows: guarded(aligned(rows), edge)
     assert batch.simulate_batch(loop(edge), parameters, strict=True).identical(wanted)
 
 

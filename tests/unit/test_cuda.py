@@ -12,7 +12,7 @@ from hydroservo import Loop, LoopError, ParameterError, Simulation
 from hydroservo.control.controllers import PI, TSMC, Backstepping
 from hydroservo.core.block import Block
 from hydroservo.engine import cuda, cuda_driver, flat
-from hydroservo.engine.cuda_driver import Kernel, Memory
+from hydroservo.engine.cuda_driver import DeviceKernel, DeviceMemory
 from hydroservo.engine.native import CompileError, MachineCode
 from hydroservo.engine.ptx import GOING, NAME, THREADS, ptx
 from hydroservo.runs import batch
@@ -95,10 +95,10 @@ def test_a_function_that_no_device_has_is_named() -> None:
 
 def outcome(driver: PtxDriver, made: MachineCode, dt: float) -> int:
     """What becomes of the one run of a kernel."""
-    going = Memory(np.array([GOING]))
+    going = DeviceMemory(np.array([GOING]))
     whole = np.array([0, 0, going.address, 1, 0, 1])
     arguments = [np.zeros(1), *(whole[i : i + 1] for i in range(whole.size)), np.array([dt])]
-    Kernel(made.code, made.name).launch(1, THREADS, arguments)
+    DeviceKernel(made.code, made.name).launch(1, THREADS, arguments)
     return int(going.read()[0])
 
 
@@ -154,7 +154,7 @@ def test_a_large_law_takes_all_registers(spilled: int, registers: list[str], dri
 
 
 def test_progress_rises_within_groups(driver: PtxDriver, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Kernel, "resident", lambda *_: 2)
+    monkeypatch.setattr(DeviceKernel, "resident", lambda *_: 2)
     monkeypatch.setattr(cuda, "WAVES", 1)
     monkeypatch.setattr(batch, "CUDA_CHUNK", 7)
     seen: list[float] = []

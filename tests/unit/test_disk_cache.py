@@ -175,7 +175,7 @@ def test_other_files_in_the_folder_are_left_alone(own: Path, monkeypatch: pytest
     monkeypatch.setattr(disk_cache, "LARGEST", 100)
     own.mkdir(mode=0o700)
     (own / "precious").write_bytes(bytes(1000))
-    disk_cache.write("0", "f", bytes(1000))
+    disk_cache.write_kernel("0", "f", bytes(1000))
     assert sorted(path.name for path in own.iterdir()) == ["precious"]
 
 
@@ -183,9 +183,9 @@ def test_a_cache_that_can_only_be_read_serves(own: Path, monkeypatch: pytest.Mon
     def refused(*_: object, **__: object) -> None:
         raise PermissionError
 
-    disk_cache.write("0", "f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
     monkeypatch.setattr(os, "utime", refused)
-    assert disk_cache.read("0") == ("f", b"code")
+    assert disk_cache.read_kernel("0") == ("f", b"code")
 
 
 @posix
@@ -204,29 +204,29 @@ def test_the_cache_is_the_users_own(place: Path) -> None:
 def test_the_files_used_longest_ago_make_room(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(disk_cache, "LARGEST", 2500)
     for i in range(4):
-        disk_cache.write(f"{i}", "f", bytes(1000))
+        disk_cache.write_kernel(f"{i}", "f", bytes(1000))
         os.utime(own / f"{i}.kernel", (i, i))
-        disk_cache.read("0")
+        disk_cache.read_kernel("0")
     assert sorted(path.stem for path in own.glob("*.kernel")) == ["0", "3"]
-    assert disk_cache.read("3") == ("f", bytes(1000))
-    assert disk_cache.read("1") is None
+    assert disk_cache.read_kernel("3") == ("f", bytes(1000))
+    assert disk_cache.read_kernel("1") is None
 
 
 def refused(digest: str, says: str) -> None:
     with pytest.raises(disk_cache.CacheError, match=says):
-        disk_cache.read(digest)
+        disk_cache.read_kernel(digest)
 
 
 def test_what_is_kept_is_read(own: Path) -> None:
-    assert disk_cache.read("0") is None
-    disk_cache.write("0", "f", b"code\0more")
-    assert disk_cache.read("0") == ("f", b"code\0more")
+    assert disk_cache.read_kernel("0") is None
+    disk_cache.write_kernel("0", "f", b"code\0more")
+    assert disk_cache.read_kernel("0") == ("f", b"code\0more")
     assert sorted(path.name for path in own.iterdir()) == ["0.kernel"]
 
 
 @posix
 def test_what_is_kept_is_the_users_own(own: Path) -> None:
-    disk_cache.write("0", "f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
     assert own.stat().st_mode & 0o777 == 0o700
     assert {path.stat().st_mode & 0o777 for path in own.iterdir()} == {0o600}
 
@@ -235,7 +235,7 @@ def test_what_is_kept_is_the_users_own(own: Path) -> None:
 @pytest.mark.parametrize("name", ["0.kernel", "."])
 @pytest.mark.parametrize("mode", [0o620, 0o602, 0o777])
 def test_what_others_may_write_is_not_read(own: Path, name: str, mode: int) -> None:
-    disk_cache.write("0", "f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
     (own / name).chmod(mode | 0o100)
     refused("0", "is open to other users")
 
@@ -245,17 +245,17 @@ def test_a_folder_that_others_may_write_is_not_used(own: Path) -> None:
     own.mkdir()
     own.chmod(0o777)
     with pytest.raises(disk_cache.CacheError, match="is open to other users"):
-        disk_cache.write("0", "f", b"code")
+        disk_cache.write_kernel("0", "f", b"code")
     assert not list(own.iterdir())
 
 
 @posix
 def test_a_folder_of_another_user_is_not_used(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    disk_cache.write("0", "f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
     monkeypatch.setattr(os, "getuid", lambda: own.stat().st_uid + 1)
     refused("0", "belongs to another user")
     with pytest.raises(disk_cache.CacheError, match="belongs to another user"):
-        disk_cache.write("1", "f", b"code")
+        disk_cache.write_kernel("1", "f", b"code")
 
 
 @posix
@@ -264,26 +264,26 @@ def test_no_folder_is_made_among_files_of_another_user(own: Path, monkeypatch: p
         os.chown(own.parent, 12345, 12345)
     monkeypatch.setattr(os, "getuid", lambda: own.parent.stat().st_uid + 1)
     with pytest.raises(disk_cache.CacheError, match="belongs to another user"):
-        disk_cache.write("0", "f", b"code")
+        disk_cache.write_kernel("0", "f", b"code")
     assert not own.exists()
 
 
 @pytest.mark.skipif(os.name != "posix" or os.getuid() != 0, reason="only root can give files away")
 def test_a_file_of_another_user_is_not_read(own: Path) -> None:
-    disk_cache.write("0", "f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
     os.chown(own / "0.kernel", 12345, 12345)
     refused("0", "belongs to another user")
-    disk_cache.write("0", "f", b"code")
-    assert disk_cache.read("0") == ("f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
+    assert disk_cache.read_kernel("0") == ("f", b"code")
 
 
 @posix
 def test_links_and_pipes_are_not_read(own: Path) -> None:
-    disk_cache.write("0", "f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
     (own / "1.kernel").symlink_to(own / "0.kernel")
     os.mkfifo(own / "2.kernel", 0o600)
     with pytest.raises(OSError, match="symbolic links"):
-        disk_cache.read("1")
+        disk_cache.read_kernel("1")
     refused("2", "is not a file")
 
 
@@ -291,19 +291,19 @@ def test_links_and_pipes_are_not_read(own: Path) -> None:
 def test_a_link_to_the_users_own_folder_serves(own: Path) -> None:
     (own.parent / "elsewhere").mkdir(mode=0o700)
     own.symlink_to(own.parent / "elsewhere")
-    disk_cache.write("0", "f", b"code")
-    assert disk_cache.read("0") == ("f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
+    assert disk_cache.read_kernel("0") == ("f", b"code")
 
 
 def test_a_renamed_file_is_not_read(own: Path) -> None:
-    disk_cache.write("0", "f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
     (own / "0.kernel").rename(own / "1.kernel")
     refused("1", "is damaged")
 
 
 @pytest.mark.parametrize("at", [0, 31, 32, -1])
 def test_a_changed_byte_is_noticed(own: Path, at: int) -> None:
-    disk_cache.write("0", "f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
     content = bytearray((own / "0.kernel").read_bytes())
     content[at] ^= 1
     (own / "0.kernel").write_bytes(content)
@@ -314,16 +314,18 @@ def test_what_cannot_be_written_leaves_nothing(own: Path, monkeypatch: pytest.Mo
     def full(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    disk_cache.write("0", "f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
     monkeypatch.setattr(os, "replace", full)
     with pytest.raises(OSError, match="No space"):
-        disk_cache.write("1", "f", b"code")
+        disk_cache.write_kernel("1", "f", b"code")
     assert sorted(path.name for path in own.iterdir()) == ["0.kernel"]
 
 
-@pytest.mark.parametrize("run", [lambda: disk_cache.read("0"), lambda: disk_cache.write("1", "f", b"code")])
+@pytest.mark.parametrize(
+    "run", [lambda: disk_cache.read_kernel("0"), lambda: disk_cache.write_kernel("1", "f", b"code")]
+)
 def test_what_a_killed_process_left_is_cleared(own: Path, run: Callable[[], object]) -> None:
-    disk_cache.write("0", "f", b"code")
+    disk_cache.write_kernel("0", "f", b"code")
     for name, age in (("new-old", 4000.0), ("new-young", 10.0)):
         (own / name).write_bytes(bytes(10))
         os.utime(own / name, (time.time() - age,) * 2)
@@ -333,10 +335,10 @@ def test_what_a_killed_process_left_is_cleared(own: Path, run: Callable[[], obje
 
 def test_what_is_being_written_counts(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(disk_cache, "LARGEST", 2500)
-    disk_cache.write("0", "f", bytes(1000))
+    disk_cache.write_kernel("0", "f", bytes(1000))
     os.utime(own / "0.kernel", (1, 1))
     (own / "new-another").write_bytes(bytes(1000))
-    disk_cache.write("1", "f", bytes(1000))
+    disk_cache.write_kernel("1", "f", bytes(1000))
     assert sorted(path.name for path in own.glob("*-*")) == ["new-another"]
     assert [path.name for path in own.glob("*.kernel")] == ["1.kernel"]
 
@@ -345,4 +347,4 @@ def test_a_user_without_a_home_has_no_cache(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.delenv("HYDROSERVO_CACHE_DIR")
     monkeypatch.setattr(disk_cache, "user_cache_path", lambda _: Path("~/.cache"))  # what is found then
     with pytest.raises(disk_cache.CacheError, match="no home directory"):
-        disk_cache.write("0", "f", b"code")
+        disk_cache.write_kernel("0", "f", b"code")

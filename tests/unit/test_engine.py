@@ -12,11 +12,11 @@ from hydroservo import ops
 from hydroservo.core.block import Block, leaves
 from hydroservo.core.roles import at_samples
 from hydroservo.core.states import axpy, filled
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.engine.flat import checker, recorder
-from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
+from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Recording, RunSpec
 from hydroservo.engine.native import CompileError, RunError
-from hydroservo.engine.watch import spans_of, watch_of
+from hydroservo.engine.watch import monitor_groups, spans_of
 from hydroservo.machine.integrators import RK4, Tsit5
 
 
@@ -118,7 +118,7 @@ STATE = Outer(Inner(1.0, 2.0), 3.0)
 RATE = Outer(Inner(10.0, 20.0), 30.0)
 
 
-@pytest.mark.parametrize("mode", [lambda f: f, compiled], ids=["interpreted", "compiled"])
+@pytest.mark.parametrize("mode", [lambda f: f, compiled_function], ids=["interpreted", "compiled"])
 class TestBothModes:
     def test_a_method_calls_its_own_and_nested_methods(self, mode: Any) -> None:
         def call(block: Holder, x: float) -> float:
@@ -156,7 +156,7 @@ class TestBothModes:
 
 RUNS = {"interpreted": InterpretedRun, "compiled": partial(CompiledRun, strict=True)}
 START = Inner(1.0, 0.0)
-WANTED = Wanted(("s.b", "s.a"), ("a",), ())
+WANTED = Recording(("s.b", "s.a"), ("a",), ())
 MONITORS = {"count": Count(), "area": Area(), "again": Count()}
 ENDLESS = 10**9  # periods
 DECAY, EQUAL_STEPS = Decay(), RK4()
@@ -164,8 +164,8 @@ DECAY, EQUAL_STEPS = Decay(), RK4()
 
 def study(
     substeps: int = 2, periods: int = ENDLESS, system: Block = DECAY, integrator: Block = EQUAL_STEPS
-) -> Study:
-    return Study(system, integrator, periods, substeps, watch_of(MONITORS))
+) -> RunSpec:
+    return RunSpec(system, integrator, periods, substeps, monitor_groups(MONITORS))
 
 
 def heard(run: InterpretedRun | CompiledRun) -> dict[str, Block]:
@@ -277,7 +277,7 @@ def test_an_exception_inside_compiled_code_is_an_error() -> None:
 
 
 def test_new_gains_do_not_compile_anew_and_new_types_do() -> None:
-    call = compiled(Holder.apply)
+    call = compiled_function(Holder.apply)
     for gain in (1.0, 2.0):
         call(Holder(gain), 1.0)
     assert len(call.kernels) == 1
@@ -290,4 +290,4 @@ def test_an_unknown_method_is_an_error() -> None:
         return block.triple(1.0)  # type: ignore[attr-defined, no-any-return]
 
     with pytest.raises(CompileError, match="triple"):
-        compiled(call)(Law())
+        compiled_function(call)(Law())

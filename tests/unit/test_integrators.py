@@ -16,7 +16,7 @@ from hydroservo.control.loop import MachineState
 from hydroservo.core.block import Block, declared_fields, leaves
 from hydroservo.core.roles import Integrator
 from hydroservo.core.states import axpy, factored, misses, scaled, solved
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.machine.drives import ValveOnSupplyState
 from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.machine.loads import Square, Step
@@ -34,7 +34,7 @@ U, END = 0.05, 0.02
 
 @cache
 def advance(cls: type) -> Any:
-    return compiled(vars(cls)["advance"])
+    return compiled_function(vars(cls)["advance"])
 
 
 def flat(x: Block) -> np.ndarray:

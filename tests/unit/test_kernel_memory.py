@@ -16,7 +16,7 @@ from hydroservo.core.errors import LoopError
 from hydroservo.core.time_series import TimeSeries
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import check_rows
-from hydroservo.engine.native import argument
+from hydroservo.engine.native import c_argument
 from hydroservo.testing.examples import example
 
 pytestmark = pytest.mark.slow
@@ -90,19 +90,19 @@ def read_only() -> np.ndarray:
 )
 def test_other_arrays_reach_no_kernel(array: np.ndarray) -> None:
     with pytest.raises(TypeError, match="contiguous"):
-        argument(array)
+        c_argument(array)
 
 
 @pytest.mark.parametrize("number", [2**63, -(2**63) - 1, 10**40])
 def test_a_number_beyond_64_bits_reaches_no_kernel(number: int) -> None:
     with pytest.raises(OverflowError):
-        argument(number)
+        c_argument(number)
 
 
 @pytest.mark.parametrize("knots", [np.arange(2, dtype=np.float32), np.arange(4.0)[::2]])
 def test_other_arrays_of_a_block_reach_no_kernel(knots: np.ndarray) -> None:
     with pytest.raises(TypeError, match="knots must be a contiguous array of doubles"):
-        flat.arrays(TimeSeries(knots))
+        flat.block_arrays(TimeSeries(knots))
 
 
 @pytest.mark.parametrize("seconds", [1.0, 1.8446744073709552e14, 1e15, 1e20, 1e300])

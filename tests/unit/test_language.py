@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import ops
-from hydroservo.engine.compiling import Compiled, compiled
+from hydroservo.engine.compiling import Compiled, compiled_function
 from hydroservo.engine.native import CompileError, RunError
 from hydroservo.language.source import definition
 
@@ -216,7 +216,7 @@ NUMBERS = {
 
 @cache
 def machine(function: Callable[..., Any]) -> Compiled:
-    return compiled(function)
+    return compiled_function(function)
 
 
 def same(a: Any, b: Any) -> bool:
@@ -279,7 +279,7 @@ def test_what_is_known_decides_what_is_compiled() -> None:
             total = 2.0 * total
         return total
 
-    assert compiled(chosen)(3.0) == 24.0
+    assert compiled_function(chosen)(3.0) == 24.0
 
 
 def lists(x: float) -> Any:
@@ -424,7 +424,7 @@ REFUSED = {
 @pytest.mark.parametrize("function", REFUSED)
 def test_what_it_cannot_have_is_said_with_its_place(function: Callable[..., Any]) -> None:
     with pytest.raises(CompileError, match=f"^.?{re.escape(REFUSED[function])}") as error:
-        compiled(function)(1.0)
+        compiled_function(function)(1.0)
     file, line = error.value.places[0]
     first = function.__code__.co_firstlineno
     assert file == __file__
@@ -446,4 +446,4 @@ def test_a_text_that_is_not_what_was_loaded_is_refused() -> None:
     exec(compile("def f(x): return x", __file__, "exec"), space)
     problem = r"the text of f in .*test_language.py is not the code that runs"
     with pytest.raises(CompileError, match=problem):
-        compiled(space["f"])(1.0)
+        compiled_function(space["f"])(1.0)

@@ -10,7 +10,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import hydroservo
-from hydroservo.engine.machine_code import parsed
+from hydroservo.engine.machine_code import parse_module
 from hydroservo.engine.native import CompileError
 
 SOURCES = sorted(Path(hydroservo.__file__).parent.rglob("*.py"))
@@ -63,7 +63,7 @@ def test_llvmlite_is_of_the_versions_that_were_tried():
 
 def test_text_that_llvmlite_refuses_is_told_in_one_line():
     with pytest.raises(CompileError) as caught:
-        parsed("define void @f() {\n  unheard_of\n}")
+        parse_module("define void @f() {\n  unheard_of\n}")
     message = str(caught.value)
     assert message.startswith(f"llvmlite {version('llvmlite')} refuses hydroservo's text (")
     assert "unheard_of" in message

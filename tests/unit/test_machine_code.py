@@ -3,7 +3,7 @@
 import pytest
 from llvmlite import binding
 
-from hydroservo.engine.machine_code import widest, with_reciprocals
+from hydroservo.engine.machine_code import with_reciprocals, with_widest_vectors
 
 DOUBLED = """
 define void @doubled(ptr noalias %a, i64 %n) {
@@ -40,11 +40,11 @@ def assembly(text: str, processor: str) -> str:
 @pytest.mark.parametrize("processor", ["skylake-avx512", "icelake-server", "sapphirerapids"])
 def test_vectors_are_wide_where_llvm_would_take_half(processor: str) -> None:
     assert "zmm" not in assembly(DOUBLED, processor)
-    assert "zmm" in assembly(widest(DOUBLED), processor)
+    assert "zmm" in assembly(with_widest_vectors(DOUBLED), processor)
 
 
 def test_vectors_are_no_wider_than_the_processor_has() -> None:
-    assert assembly(widest(DOUBLED), "haswell").count("zmm") == 0
+    assert assembly(with_widest_vectors(DOUBLED), "haswell").count("zmm") == 0
 
 
 def test_what_is_rounded_to_a_whole_number_stays_a_quotient() -> None:

@@ -252,7 +252,7 @@ def cache(tmp_path, monkeypatch):
     place = tmp_path / "kernels"
     monkeypatch.setenv("HYDROSERVO_CACHE_DIR", str(place))
     for name in ("0", "1"):
-        disk_cache.write(name, "f", bytes(range(256)))
+        disk_cache.write_kernel(name, "f", bytes(range(256)))
     kept = {path.name: path.read_bytes() for path in place.iterdir()}
     return Cache(place, place / "0.kernel", place / "1.kernel", kept, "")
 

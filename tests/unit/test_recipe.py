@@ -15,7 +15,7 @@ from hydroservo.control.loop import AUTO
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.engine import kernel as engine_kernel
 from hydroservo.engine import lanes
-from hydroservo.engine.recipe import Recipe, UnknownContentError, content_lines
+from hydroservo.engine.recipe import KernelKey, UnknownContentError, content_lines
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.testing.examples import example
@@ -127,10 +127,10 @@ def silent(_self: PI, _s: PIState, _y: Measurement, _r: Demand, _dt: float) -> P
 
 @pytest.mark.slow
 def test_a_method_exchanged_in_the_process_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    loop, before = example(Loop, Simulation(0.01, 1e-3)), Recipe("run", (PI,), True).digest()
+    loop, before = example(Loop, Simulation(0.01, 1e-3)), KernelKey("run", (PI,), True).digest()
     own = simulate(loop, strict=True)
     monkeypatch.setattr(PI, "step", silent)
-    assert Recipe("run", (PI,), True).digest() != before
+    assert KernelKey("run", (PI,), True).digest() != before
     changed = simulate(loop, strict=True)
     assert changed.identical(simulate(loop, compiled=False))
     assert not changed.identical(own)
@@ -236,11 +236,11 @@ def test_the_reason_names_function_file_and_global(
 class RecipeSeenError(Exception):
     """Carries a recipe out of what would compile it."""
 
-    def __init__(self, recipe: Recipe) -> None:
+    def __init__(self, recipe: KernelKey) -> None:
         self.recipe = recipe
 
 
-def stopped(recipe: Recipe, *_: object) -> None:
+def stopped(recipe: KernelKey, *_: object) -> None:
     raise RecipeSeenError(recipe)
 
 

@@ -91,4 +91,4 @@ define <8 x double> @root(<8 x double> %x, <4 x double> %y) {
     found = with_estimated_roots(text)
     assert found.count("call <8 x double> @llvm.sqrt") == 0
     assert "@llvm.sqrt.v4f64(<4 x double> %y)" in found
-    machine_code.parsed(found).verify()
+    machine_code.parse_module(found).verify()

@@ -5,7 +5,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from hydroservo.engine.machine_code import parsed
+from hydroservo.engine.machine_code import parse_module
 from hydroservo.engine.schedule import schedule
 
 HEAD = """\
@@ -37,7 +37,7 @@ def test_the_longest_way_to_the_end_comes_first(monkeypatch: pytest.MonkeyPatch)
         "%last = fadd double %a, %c",
     ]
     text = schedule(module(body))
-    parsed(text)
+    parse_module(text)
     assert body_of(text) == [body[1], body[0], body[2], body[3]]
 
 
@@ -73,7 +73,7 @@ def test_operands_come_before_what_takes_them() -> None:
         body.append(f"%v{i} = {random.choice(['fadd', 'fdiv', 'fmul'])} double %v{a}, %v{b}")
     body.append("%last = fadd double %v299, %v298")
     text = schedule(module(body))
-    parsed(text).verify()  # which refuses a value that is taken before it is there
+    parse_module(text).verify()  # which refuses a value that is taken before it is there
     assert body_of(text) != body
     assert sorted(body_of(text)) == sorted(body)
 

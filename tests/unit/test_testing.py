@@ -14,7 +14,7 @@ from hydroservo import HydroservoError, replace
 from hydroservo.control.controllers import DAC, PI, TSMC
 from hydroservo.core.roles import Filter, Limiter, Load, Model, Reference, role
 from hydroservo.core.signals import Demand
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.export import compilers
 from hydroservo.machine.plants import DesignModel
 from hydroservo.machine.sensors import NoPosition
@@ -262,7 +262,7 @@ def test_what_is_wrong_is_found_with_its_line(
 
 
 def test_other_bits_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    other = compiled(another_force)
+    other = compiled_function(another_force)
     monkeypatch.setattr(behaviour, "compiled_method", lambda *_: other)
     found = answer(block_class(tmp_path, LOAD), COMPILED)
     assert re.match(r"force gives (\S+) in plain Python and 3.0 compiled, for ", found.remark)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hydroservo.core.block import field_at, leaves
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.vectors import matrix, vector
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 
 Three = vector("Three", 3, Field("m/s", "speed of wheel", at_least=0))
 Second = vector("Second", 1000, Field("V", "command"))
@@ -70,8 +70,8 @@ def test_a_second_at_1_khz_is_summed_from_left_to_right_interpreted_and_compiled
     total = dot = 0.0
     for x, y in zip(a, b, strict=True):
         total, dot = total + x, dot + x * y
-    assert a.total() == compiled(Second.total)(a) == total
-    assert a.dot(b) == compiled(Second.dot)(a, b) == dot
+    assert a.total() == compiled_function(Second.total)(a) == total
+    assert a.dot(b) == compiled_function(Second.dot)(a, b) == dot
 
 
 def test_a_vector_is_pickled() -> None:

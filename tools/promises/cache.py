@@ -117,7 +117,7 @@ def run(folder: Path, words: tuple[str, ...] = SCENARIO, prepare: Prepare = lamb
 def loaded(cache: Cache) -> list[str]:
     """What is wrong with what a run would load."""
     try:
-        found = disk_cache.read(cache.file.stem)
+        found = disk_cache.read_kernel(cache.file.stem)
     except OSError:
         return []
     return [] if found is None else ["it would be loaded"]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 from tools.targets.compilers import FLAGS, output, warnings
 from tools.targets.sources import FOLDER, write_unit
 
@@ -34,7 +34,7 @@ BOARDS = (
 )
 
 
-def compiled(unit: Unit, board: Board, folder: Path, flags: Sequence[str] = ()) -> Path:
+def compiled(unit: CModule, board: Board, folder: Path, flags: Sequence[str] = ()) -> Path:
     """The unit alone as an object, with -O2 and every warning an error.
 
     Raises:

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 from tools.targets.compilers import ToolError
 from tools.targets.host import program
 from tools.targets.sources import Rows
@@ -11,7 +11,7 @@ from tools.targets.sources import Rows
 TOTAL = re.compile(r"^summary: (\d+)$", re.MULTILINE)
 
 
-def instructions(unit: Unit, inputs: Rows, folder: Path) -> int:
+def instructions(unit: CModule, inputs: Rows, folder: Path) -> int:
     """Of a step and all that it calls, mean over these inputs, gcc -O2; the same for the same compiler.
 
     Raises:

@@ -4,7 +4,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 
 # No fused multiplication and addition: it rounds once where the simulation rounds twice.
 # And no errno, so that a square root is one instruction where the processor has it.
@@ -41,6 +41,6 @@ def output(command: Sequence[str | Path]) -> str:
     return done.stdout
 
 
-def warnings(unit: Unit) -> tuple[str, ...]:
+def warnings(unit: CModule) -> tuple[str, ...]:
     """The compiler's warnings that a unit must not give, as errors."""
     return (*WARNINGS, *(SINGLE if unit.real == "float" else ()))

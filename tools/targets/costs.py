@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 from tools.targets.boards import COMPILER, Board, compiled, image, ran
 from tools.targets.compilers import FLAGS, ToolError, output
 from tools.targets.sources import Rows, write_measure
@@ -54,7 +54,7 @@ class Costs(NamedTuple):
     instructions: int
 
 
-def costs(unit: Unit, board: Board, inputs: Rows, folder: Path) -> Costs:
+def costs(unit: CModule, board: Board, inputs: Rows, folder: Path) -> Costs:
     """Measures a unit with -O2.
 
     Raises:
@@ -74,7 +74,7 @@ def costs(unit: Unit, board: Board, inputs: Rows, folder: Path) -> Costs:
     )
 
 
-def measured(unit: Unit, board: Board, inputs: Rows, built: Path) -> tuple[int, int]:
+def measured(unit: CModule, board: Board, inputs: Rows, built: Path) -> tuple[int, int]:
     """Bytes of stack, and instructions of a step, on the emulated board."""
     folder = built.parent
     done = ran(board, image(board, [built, write_measure(unit, inputs, folder)], folder), TIMED)
@@ -84,7 +84,7 @@ def measured(unit: Unit, board: Board, inputs: Rows, built: Path) -> tuple[int, 
     return touched, 1 + round((whole - around) / TICKS / len(inputs))  # around takes one itself
 
 
-def linked(unit: Unit, board: Board, built: Path) -> Path:
+def linked(unit: CModule, board: Board, built: Path) -> Path:
     """The object with what it needs of the libraries, and nothing else."""
     target = built.with_suffix(".elf")
     used = ["init", *([] if unit.inlined else ["defaults"])]
@@ -107,7 +107,7 @@ def sections(built: Path) -> Sections:
     return Sections(*found.values())
 
 
-def size(unit: Unit, board: Board, record: str, folder: Path) -> int:
+def size(unit: CModule, board: Board, record: str, folder: Path) -> int:
     """Bytes of a record."""
     source, target = folder / "size.c", folder / "size.o"
     text = f'#include "{unit.prefix}.h"\nchar size[sizeof({unit.prefix}_{record})];\n'

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 from tools.targets.compilers import FLAGS, output, warnings
 from tools.targets.sources import Rows, width, write_program, write_unit
 
@@ -15,7 +15,7 @@ from tools.targets.sources import Rows, width, write_program, write_unit
 class Library(NamedTuple):
     """A unit loaded into this process."""
 
-    unit: Unit
+    unit: CModule
     loaded: ctypes.CDLL
 
     def run(
@@ -53,7 +53,7 @@ class Library(NamedTuple):
 class Program(NamedTuple):
     """A unit in an executable that reads its inputs from a file."""
 
-    unit: Unit
+    unit: CModule
     path: Path
 
     def run(
@@ -81,7 +81,7 @@ class Program(NamedTuple):
         return states.reshape(-1, len(self.unit.states))[1:]
 
 
-def library(unit: Unit, folder: Path, compiler: str = "gcc", flags: Sequence[str] = ("-O2",)) -> Library:
+def library(unit: CModule, folder: Path, compiler: str = "gcc", flags: Sequence[str] = ("-O2",)) -> Library:
     """A unit compiled without a single warning, and loaded.
 
     Raises:
@@ -94,7 +94,7 @@ def library(unit: Unit, folder: Path, compiler: str = "gcc", flags: Sequence[str
     return Library(unit, ctypes.CDLL(str(target)))
 
 
-def program(unit: Unit, folder: Path, compiler: str = "gcc", flags: Sequence[str] = ("-O2",)) -> Program:
+def program(unit: CModule, folder: Path, compiler: str = "gcc", flags: Sequence[str] = ("-O2",)) -> Program:
     """A unit compiled without a single warning, into an executable.
 
     Raises:
@@ -107,14 +107,14 @@ def program(unit: Unit, folder: Path, compiler: str = "gcc", flags: Sequence[str
     return Program(unit, target)
 
 
-def compiled(unit: Unit, folder: Path, compiler: str, flags: Sequence[str]) -> Path:
+def compiled(unit: CModule, folder: Path, compiler: str, flags: Sequence[str]) -> Path:
     """The unit alone as an object, every warning an error."""
     target = folder / f"{unit.prefix}.o"
     output([compiler, *FLAGS, *warnings(unit), *flags, "-c", write_unit(unit, folder), "-o", target])
     return target
 
 
-def reals(unit: Unit, inputs: Rows) -> Rows:
+def reals(unit: CModule, inputs: Rows) -> Rows:
     with np.errstate(over="ignore"):  # a number too large for a float is an infinity
         rows: Rows = np.ascontiguousarray(inputs, np.float32 if unit.real == "float" else np.float64)
     if rows.ndim != 2 or rows.shape[1] != width(unit):
@@ -122,7 +122,7 @@ def reals(unit: Unit, inputs: Rows) -> Rows:
     return rows
 
 
-def values(unit: Unit, parameters: Mapping[str, float] | None) -> Rows | None:
+def values(unit: CModule, parameters: Mapping[str, float] | None) -> Rows | None:
     """All parameters in their order; nothing where they are the unit's own."""
     if parameters is None:
         return None

@@ -6,18 +6,18 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 
 Rows = NDArray[Any]  # of doubles or of floats
 FOLDER = Path(__file__).parent / "c"
 
 
-def width(unit: Unit) -> int:
+def width(unit: CModule) -> int:
     """How many numbers a step is given."""
     return sum(len(argument.signals) for argument in unit.arguments)
 
 
-def write_unit(unit: Unit, folder: Path) -> Path:
+def write_unit(unit: CModule, folder: Path) -> Path:
     """Writes header and source; returns the source's path."""
     (folder / f"{unit.prefix}.h").write_text(unit.header, encoding="utf-8")
     source = folder / f"{unit.prefix}.c"
@@ -25,7 +25,7 @@ def write_unit(unit: Unit, folder: Path) -> Path:
     return source
 
 
-def write_program(unit: Unit, folder: Path) -> tuple[Path, Path]:
+def write_program(unit: CModule, folder: Path) -> tuple[Path, Path]:
     """Writes the loop over rows, and a main around it that reads them from a file."""
     places = [f"{argument.name}.{signal.place}" for argument in unit.arguments for signal in argument.signals]
     init, step = calls(unit, "&given", "&")
@@ -33,7 +33,7 @@ def write_program(unit: Unit, folder: Path) -> tuple[Path, Path]:
     return written("rows.c", folder, values), written("program.c", folder, values)
 
 
-def write_measure(unit: Unit, inputs: Rows, folder: Path) -> Path:
+def write_measure(unit: CModule, inputs: Rows, folder: Path) -> Path:
     """Writes a main that steps through these inputs; they are finite, and written into it bit for bit."""
     prefix = unit.prefix
     init, step = calls(unit, f"&{prefix}_defaults", "&rows[i].")
@@ -53,14 +53,14 @@ def write_measure(unit: Unit, inputs: Rows, folder: Path) -> Path:
     return written("measure.c", folder, values)
 
 
-def calls(unit: Unit, parameters: str, argument: str) -> tuple[str, str]:
+def calls(unit: CModule, parameters: str, argument: str) -> tuple[str, str]:
     """What init and step are called with; an argument's text goes before its name."""
     init = ["&state"] if unit.inlined else ["&state", parameters]
     step = [*init, *(f"{argument}{one.name}" for one in unit.arguments)]
     return ", ".join(init), ", ".join(step)
 
 
-def row_text(unit: Unit, row: Sequence[float]) -> str:
+def row_text(unit: CModule, row: Sequence[float]) -> str:
     """The records of one row as an initialiser."""
     values = iter(row)
     records = []

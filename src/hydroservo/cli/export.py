@@ -15,7 +15,7 @@ from hydroservo.export.unit import FmiVersion, Part, Precision
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hydroservo.export.unit import Unit
+    from hydroservo.export.unit import CModule
 
 export_app = typer.Typer(
     no_args_is_help=True,
@@ -96,13 +96,13 @@ def export_c_command(
     - `hydroservo export c paper/sine-tsmc --out controller`
     - `hydroservo export c rig/encoder-pi-sine --out controller --prefix rig --precision single --inline`
     """
-    from hydroservo.export.c.project import memory
+    from hydroservo.export.c.project import memory_size
     from hydroservo.export.products import export_c, proof_line
     from hydroservo.show.numbers import as_json
 
     options = {"part": part, "prefix": prefix, "precision": precision, "inlined": inline}
     unit, proof, files = export_loop(export_c, scenario, changes, plugins, out, **options)
-    sizes = memory(unit)
+    sizes = memory_size(unit)
     if json:
         about = {**export_identity(scenario, unit), **sizes._asdict(), "proof": proof._asdict()}
         typer.echo(as_json({**about, "files": list(map(str, files))}))
@@ -222,7 +222,7 @@ def export_loop(
         return export(loop, out, name=scenario_title(scenario), progress=report, **options)
 
 
-def fmu_summary(unit: "Unit", version: FmiVersion, clocked: bool) -> str:
+def fmu_summary(unit: "CModule", version: FmiVersion, clocked: bool) -> str:
     """What an FMU has, and how it is used."""
     from hydroservo.core.formatting import counted
     from hydroservo.export.fmu import variables_of
@@ -249,7 +249,7 @@ def scenario_title(scenario: str) -> str:
     return scenario if scenario in scenarios() else Path(scenario).stem
 
 
-def export_identity(scenario: str, unit: "Unit") -> dict[str, object]:
+def export_identity(scenario: str, unit: "CModule") -> dict[str, object]:
     """What names an export in JSON."""
     return {
         "scenario": scenario,

@@ -17,7 +17,7 @@ from hydroservo.language.terms import Array, Known
 WORD = 8  # bytes
 
 
-def compiled(function: Callable[..., Any], *, strict: bool = True) -> "Compiled":
+def compiled_function(function: Callable[..., Any], *, strict: bool = True) -> "Compiled":
     """A function that may call methods of blocks, ops and the arithmetic on states."""
     return Compiled(function, strict)
 
@@ -37,7 +37,7 @@ class Compiled:
 
     def __call__(self, *arguments: Any) -> Any:
         """What the function returns."""
-        shapes = tuple(map(shape, arguments))
+        shapes = tuple(map(argument_shape, arguments))
         if shapes not in self.kernels:
             self.kernels[shapes] = self.made(shapes)
         kernel, returned, count = self.kernels[shapes]
@@ -49,19 +49,19 @@ class Compiled:
         memory = np.array(doubles, dtype=np.float64), np.array(integers, dtype=np.int64), results
         if kernel.function(*(ctypes.c_void_p(row.ctypes.data) for row in memory)) != 0:
             raise RunError("a block raised an exception, which compiled code cannot carry")
-        return value(returned, iter(results))
+        return returned_value(returned, iter(results))
 
     def made(self, shapes: tuple[Any, ...]) -> tuple[Linked, Any, int]:
         """The machine code for arguments of some shapes, the shape of what it returns, and its numbers."""
         name = "compiled"
         text, returned = method_text(name, self.py_func, shapes)
-        return Linked(object_code(name, text, self.strict)), returned, len(list(numbers_in(returned)))
+        return Linked(object_code(name, text, self.strict)), returned, len(list(number_types(returned)))
 
 
-def shape(value: Any, known: bool = False) -> Any:
+def argument_shape(value: Any, known: bool = False) -> Any:
     """The types of all that is in an argument; whole numbers and switches of blocks are known."""
     if isinstance(value, tuple):
-        return (type(value), *(shape(part, inside) for part, inside in parts(value)))
+        return (type(value), *(argument_shape(part, inside) for part, inside in tuple_parts(value)))
     if known and isinstance(value, int):
         return Known(value)
     if isinstance(value, np.ndarray):
@@ -69,7 +69,7 @@ def shape(value: Any, known: bool = False) -> Any:
     return next((kind for kind in (bool, int, float) if isinstance(value, kind)), type(value))
 
 
-def parts(value: tuple[Any, ...]) -> Iterator[tuple[Any, bool]]:
+def tuple_parts(value: tuple[Any, ...]) -> Iterator[tuple[Any, bool]]:
     """What a tuple holds, and whether it is part of the code."""
     names: Sequence[str] = getattr(value, "_fields", ())
     for i, part in enumerate(value):
@@ -79,7 +79,7 @@ def parts(value: tuple[Any, ...]) -> Iterator[tuple[Any, bool]]:
 def gather(value: Any, doubles: list[float], integers: list[int], known: bool = False) -> None:
     """Adds the numbers of an argument to those before it, but for those that are known."""
     if isinstance(value, tuple):
-        for part, inside in parts(value):
+        for part, inside in tuple_parts(value):
             gather(part, doubles, integers, inside)
     elif isinstance(value, np.ndarray):
         if value.dtype != np.float64 or not value.flags.c_contiguous:
@@ -91,20 +91,20 @@ def gather(value: Any, doubles: list[float], integers: list[int], known: bool = 
         integers.append(int(value))
 
 
-def numbers_in(shape: Any) -> Iterator[type]:
+def number_types(shape: Any) -> Iterator[type]:
     """The types of the numbers in a shape."""
     if isinstance(shape, tuple):
         for part in shape[1:]:
-            yield from numbers_in(part)
+            yield from number_types(part)
     elif not isinstance(shape, Known):
         yield shape
 
 
-def value(shape: Any, results: Iterator[np.int64]) -> Any:
+def returned_value(shape: Any, results: Iterator[np.int64]) -> Any:
     """What was returned, from 64 bits of each number."""
     if isinstance(shape, tuple):
         cls, *parts = shape
-        found = [value(part, results) for part in parts]
+        found = [returned_value(part, results) for part in parts]
         block: Block = tuple(found) if cls is tuple else cls(*found)
         return block
     if isinstance(shape, Known):

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from hydroservo.core.block import Block
 from hydroservo.engine import flat
-from hydroservo.engine.cuda_driver import Kernel, Memory, device
-from hydroservo.engine.kernel import Study, Wanted, has_single_steps, kernel
-from hydroservo.engine.lanes import Layout, layout_of, varier
-from hydroservo.engine.native import MachineCode, RunError, native
+from hydroservo.engine.cuda_driver import DeviceKernel, DeviceMemory, device
+from hydroservo.engine.kernel import Recording, RunSpec, has_single_steps, sample_kernel
+from hydroservo.engine.lanes import LaneLayout, lane_layout, varier
+from hydroservo.engine.native import MachineCode, RunError, native_kernel
 from hydroservo.engine.ptx import GOING, LOST, RAISED, THREADS, ptx, with_all_registers
-from hydroservo.engine.recipe import Recipe
-from hydroservo.engine.watch import Watch
+from hydroservo.engine.recipe import KernelKey
+from hydroservo.engine.watch import MonitorGroups
 
 SPILLED = 1200  # bytes of memory that a thread may need with few registers
 WAVES = 4  # runs at once, in so many as the device computes at a time
@@ -31,19 +31,21 @@ class CudaThreads:
         CompileError: the blocks cannot be compiled.
     """
 
-    def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], *, strict: bool):
+    def __init__(
+        self, study: RunSpec, wanted: Recording, state: Block, varied: tuple[str, ...], *, strict: bool
+    ):
         device().use()
         sums = study.watch.init()
-        self.layout = layout_of(varied, state, sums)
-        self.constants = flat.numbers(study)
-        shapes = (*map(flat.shape, (study, state, sums)), *wanted, varied, has_single_steps(study))
-        recipe = Recipe("threads", shapes, strict)
+        self.layout = lane_layout(varied, state, sums)
+        self.constants = flat.block_numbers(study)
+        shapes = (*map(flat.block_shape, (study, state, sums)), *wanted, varied, has_single_steps(study))
+        recipe = KernelKey("threads", shapes, strict)
         text = thread_text(study, wanted, state, sums, self.layout)
-        self.kernel = native(recipe, lambda: ptx(text, self.constants.size, strict), loaded)
+        self.kernel = native_kernel(recipe, lambda: ptx(text, self.constants.size, strict), load_kernel)
         self.most = WAVES * self.kernel.resident(THREADS)
-        self.first_sums = flat.numbers(sums)
-        self.kept = [Memory(array) for array in flat.doubles(study)]
-        self.tables = Memory(table(study, self.kept))
+        self.first_sums = flat.block_numbers(sums)
+        self.kept = [DeviceMemory(array) for array in flat.double_arrays(study)]
+        self.tables = DeviceMemory(array_table(study, self.kept))
 
 
 class CudaGroup:
@@ -56,8 +58,8 @@ class CudaGroup:
         for row, path in enumerate(layout.varied):
             memory[row] = parameters[path]
         memory[layout.sums : layout.alive] = threads.first_sums[:, np.newaxis]
-        self.memory = Memory(memory)
-        self.going = Memory(np.full(self.runs, GOING, dtype=np.int64))
+        self.memory = DeviceMemory(memory)
+        self.going = DeviceMemory(np.full(self.runs, GOING, dtype=np.int64))
 
     def advance(self, first: int, last: int, dt: float) -> None:
         """Samples first to last-1 of every run that still goes on, to their end."""
@@ -99,13 +101,14 @@ class CudaGroup:
 
 
 def thread_text(
-    study: Study, wanted: Wanted, state: Block, sums: Watch, layout: Layout
+    study: RunSpec, wanted: Recording, state: Block, sums: MonitorGroups, layout: LaneLayout
 ) -> Callable[..., int]:
     """The function that a thread calls."""
-    build, own_of = flat.builder(study), varier(study.system, layout.varied, row(0))
-    state_of, sums_of = flat.loader(state, row(layout.states)), flat.loader(sums, row(layout.sums))
-    put_state, put_sums = flat.storer(state, row(layout.states)), flat.storer(sums, row(layout.sums))
-    run = kernel(study, wanted)
+    build, own_of = flat.builder(study), varier(study.system, layout.varied, thread_index(0))
+    at_states, at_sums = thread_index(layout.states), thread_index(layout.sums)
+    state_of, sums_of = flat.loader(state, at_states), flat.loader(sums, at_sums)
+    put_state, put_sums = flat.storer(state, at_states), flat.storer(sums, at_sums)
+    run = sample_kernel(study, wanted)
     samples_done = layout.alive
 
     def advance(constants, tables, memory, runs, thread, first, last, dt):  # type: ignore[no-untyped-def]
@@ -125,25 +128,25 @@ def thread_text(
     return advance
 
 
-def row(first: int) -> flat.Place:
+def thread_index(first: int) -> flat.Place:
     """The index of a run's number in the i-th row from one on: neighbouring threads read side by side."""
     return lambda i: f"{first + i} * lane[0] + lane[1]"
 
 
-def loaded(made: MachineCode) -> Kernel:
+def load_kernel(made: MachineCode) -> DeviceKernel:
     """The kernel on the device, with few registers for a thread where these nearly do.
 
     What does not fit into registers stands in memory, which costs little up to some size: of five laws on an
     H200 the three below it are 10 to 15 % faster so, and the two above it 1.6 and 1.9 times slower.
     """
-    kernel = Kernel(made.code, made.name)
+    kernel = DeviceKernel(made.code, made.name)
     if kernel.spilled_bytes() > SPILLED:
-        kernel = Kernel(with_all_registers(made.code), made.name)
+        kernel = DeviceKernel(with_all_registers(made.code), made.name)
     return kernel
 
 
-def table(study: Study, arrays: list[Memory]) -> NDArray[np.int64]:
+def array_table(study: RunSpec, arrays: list[DeviceMemory]) -> NDArray[np.int64]:
     """Address and lengths of each array on the device, as ``flat.arrays`` has them of those in memory."""
-    pairs = zip(arrays, flat.doubles(study), strict=True)
+    pairs = zip(arrays, flat.double_arrays(study), strict=True)
     found = [number for there, here in pairs for number in (there.address, *here.shape)]
     return np.array(found or [0], dtype=np.int64)  # no device keeps arrays of no numbers

@@ -101,38 +101,38 @@ def directory() -> Path:
     return place
 
 
-def read(digest: str) -> tuple[str, bytes] | None:
+def read_kernel(digest: str) -> tuple[str, bytes] | None:
     """The name of a function and its object code; None if there is no file."""
     try:
-        with opened() as folder:
-            clear(folder)
-            content = checked(folder, digest)
-            folder.touch(file_of(digest))
+        with open_folder() as folder:
+            remove_leftovers(folder)
+            content = verified_content(folder, digest)
+            folder.touch(kernel_file(digest))
     except FileNotFoundError:
         return None
     name, _, code = content.partition(b"\0")
     return name.decode(), code
 
 
-def checked(folder: Folder, digest: str) -> bytes:
+def verified_content(folder: Folder, digest: str) -> bytes:
     """What a file holds behind its checksum."""
-    data = folder.read(file_of(digest))
+    data = folder.read(kernel_file(digest))
     if data[:CHECK] != checksum(digest, data[CHECK:]):
-        raise CacheError(f"{folder.place / file_of(digest)} is damaged")
+        raise CacheError(f"{folder.place / kernel_file(digest)} is damaged")
     return data[CHECK:]
 
 
-def write(digest: str, name: str, code: bytes) -> None:
+def write_kernel(digest: str, name: str, code: bytes) -> None:
     """Keep object code; other processes see all of it or nothing."""
-    make(directory())
+    make_folder(directory())
     content = name.encode() + b"\0" + code
-    with opened() as folder:
-        folder.write(file_of(digest), checksum(digest, content) + content)
-        clear(folder)
+    with open_folder() as folder:
+        folder.write(kernel_file(digest), checksum(digest, content) + content)
+        remove_leftovers(folder)
         make_room(folder)
 
 
-def file_of(digest: str) -> str:
+def kernel_file(digest: str) -> str:
     return f"{digest}{ENDING}"
 
 
@@ -140,7 +140,7 @@ def checksum(digest: str, content: bytes) -> bytes:
     return hashlib.sha256(digest.encode() + b"\0" + content).digest()
 
 
-def make(place: Path) -> None:
+def make_folder(place: Path) -> None:
     """The folder, if there is none yet; but not among the files of another user, as root could."""
     if place.exists():
         return
@@ -152,7 +152,7 @@ def make(place: Path) -> None:
 
 
 @contextmanager
-def opened() -> Iterator[Folder]:
+def open_folder() -> Iterator[Folder]:
     """The folder, checked: it is this user's, and nobody else may write it."""
     place = directory()
     descriptor = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC) if POSIX else None
@@ -176,7 +176,7 @@ def refuse_foreign(found: os.stat_result, path: Path) -> None:
         raise CacheError(f"{path} is open to other users")
 
 
-def clear(folder: Folder) -> None:
+def remove_leftovers(folder: Folder) -> None:
     """Remove what was left half written by a process that was killed."""
     for file, found in folder.files(lambda file: file.startswith(NEW)):
         if time.time() - found.st_mtime > STALE:

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.core.block import Block, is_block, leaves, values
-from hydroservo.language.memory import array_at
+from hydroservo.language.functions import array_at
 
 Shape = tuple[Any, ...]
 Text = Callable[[str, Any], str]
 Place = Callable[[int], str]  # the text of an index
 
 
-class Kind(NamedTuple):
+class LeafKind(NamedTuple):
     """What a leaf of a block is: float, an array, a whole number, True or False.
 
     A whole number, a switch and the shape of an array are part of the code, for they decide what is computed
@@ -32,45 +32,46 @@ class Kind(NamedTuple):
     which: Any
 
 
-FLOAT = Kind(float, 0)  # what most are
+FLOAT = LeafKind(float, 0)  # what most are
 # Whole numbers, and arrays of a curve, that a kernel is given each time.
 GIVEN = {"coefficients", "knots", "periods", "seed", "substeps"}
 
 
-def shape(block: Block) -> Shape:
+def block_shape(block: Block) -> Shape:
     """The classes of a block and of all that is in it: what a kernel is compiled for."""
     parts = zip(block._fields, block, strict=True)
-    return (type(block), *(shape(value) if is_block(value) else kind(name, value) for name, value in parts))
+    kinds = (block_shape(value) if is_block(value) else leaf_kind(name, value) for name, value in parts)
+    return (type(block), *kinds)
 
 
-def kind(name: str, value: Any) -> Kind:
+def leaf_kind(name: str, value: Any) -> LeafKind:
     if type(value) is float:
         return FLOAT
     if isinstance(value, np.ndarray):
-        return Kind(np.ndarray, value.ndim if name in GIVEN else value.shape)
-    return Kind(type(value), 0 if name in GIVEN or not is_whole(value) else int(value))
+        return LeafKind(np.ndarray, value.ndim if name in GIVEN else value.shape)
+    return LeafKind(type(value), 0 if name in GIVEN or not is_whole_kind(value) else int(value))
 
 
-def is_whole(value: Any) -> bool:
+def is_whole_kind(value: Any) -> bool:
     """True for a whole number or a switch."""
     return isinstance(value, int | np.integer | np.bool_)
 
 
-def numbers(block: Block) -> NDArray[np.float64]:
+def block_numbers(block: Block) -> NDArray[np.float64]:
     """The numbers of a block, arrays left out, in declared order."""
     found = [float(value) for value in values(block) if not isinstance(value, np.ndarray)]
     return np.array(found, dtype=np.float64)
 
 
-def arrays(block: Block) -> NDArray[np.int64]:
+def block_arrays(block: Block) -> NDArray[np.int64]:
     """Address and lengths of each array of a block; the block must outlive their use."""
     table: list[int] = []
-    for value in doubles(block):
+    for value in double_arrays(block):
         table += [value.ctypes.data, *value.shape]
     return np.array(table, dtype=np.int64)
 
 
-def doubles(block: Block) -> Iterator[NDArray[np.float64]]:
+def double_arrays(block: Block) -> Iterator[NDArray[np.float64]]:
     """The arrays of a block."""
     for value in values(block):
         if isinstance(value, np.ndarray):
@@ -82,10 +83,10 @@ def doubles(block: Block) -> Iterator[NDArray[np.float64]]:
 
 def builder(block: Block) -> FunctionType:
     """A function ``build(numbers, arrays)`` that makes a block of this shape."""
-    return constructor("build(numbers, arrays)", block, stored(block))
+    return constructor("build(numbers, arrays)", block, leaf_positions(block))
 
 
-def stored(block: Block, at: Place = str) -> Text:
+def leaf_positions(block: Block, at: Place = str) -> Text:
     """Where each leaf stands in the numbers and in the table of arrays of a block.
 
     ``at`` gives the index of the i-th number.
@@ -100,14 +101,14 @@ def stored(block: Block, at: Place = str) -> Text:
             places[path] = f"array_at(arrays[{place}], ({lengths}))"
             place += 1 + value.ndim
         else:
-            places[path] = cast(f"numbers[{at(number)}]", path, value)
+            places[path] = leaf_text(f"numbers[{at(number)}]", path, value)
             number += 1
     return lambda path, _: places[path]
 
 
-def cast(text: str, path: str, value: Any) -> str:
+def leaf_text(text: str, path: str, value: Any) -> str:
     """The text of a double as the leaf at a path; what is part of the code is written out."""
-    if not is_whole(value):
+    if not is_whole_kind(value):
         return text
     known = bool(value) if isinstance(value, bool | np.bool_) else int(value)
     return f"int({text})" if path.rpartition(".")[2] in GIVEN else repr(known)
@@ -125,14 +126,14 @@ def loader(block: Block, place: Place) -> FunctionType:
 def storer(block: Block, place: Place = str) -> FunctionType:
     """A function ``store(memory, lane, s)`` that writes a state; ``place`` gives each index."""
     lines = [f"    memory[{place(i)}] = s.{path}" for i, (path, _) in enumerate(leaves(block))]
-    return written("\n".join(["def store(memory, lane, s):", *lines, "    return None"]), {}, "store")
+    return text_function("\n".join(["def store(memory, lane, s):", *lines, "    return None"]), {}, "store")
 
 
 def recorder(paths: Sequence[str]) -> FunctionType:
     """A function ``record(out, row, s, m)`` that writes numbers of a state and of the monitors' as a row."""
     width = len(paths)
     lines = [f"    out[row * {width} + {column}] = {path}" for column, path in enumerate(paths)]
-    return written("\n".join(["def record(out, row, s, m):", *lines, "    return None"]), {}, "record")
+    return text_function("\n".join(["def record(out, row, s, m):", *lines, "    return None"]), {}, "record")
 
 
 def checker(paths: Sequence[str], reach: Mapping[str, float]) -> FunctionType:
@@ -148,7 +149,7 @@ def checker(paths: Sequence[str], reach: Mapping[str, float]) -> FunctionType:
 
     zero = total([f"0.0 * s.{path}" for path in paths] or ["0.0"])
     within = "".join(f" & (s.{path} >= -{end!r}) & (s.{path} <= {end!r})" for path, end in reach.items())
-    return written(f"def holds(s): return ({zero} == 0.0){within}", {}, "holds")
+    return text_function(f"def holds(s): return ({zero} == 0.0){within}", {}, "holds")
 
 
 def constructor(signature: str, block: Block, text: Text) -> FunctionType:
@@ -165,10 +166,10 @@ def constructor(signature: str, block: Block, text: Text) -> FunctionType:
         return f"{name}({', '.join(arguments)})"
 
     body = call(block, "")
-    return written(f"def {signature}: return {body}", namespace, signature.partition("(")[0])
+    return text_function(f"def {signature}: return {body}", namespace, signature.partition("(")[0])
 
 
-def written(text: str, namespace: dict[str, Any], name: str) -> FunctionType:
+def text_function(text: str, namespace: dict[str, Any], name: str) -> FunctionType:
     """The function of that name in a text made from field names alone.
 
     The text is found where Python looks for that of files, as for any function.

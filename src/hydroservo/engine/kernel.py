@@ -10,24 +10,24 @@ from hydroservo.core.block import Block
 from hydroservo.core.errors import HydroservoError
 from hydroservo.core.states import filled
 from hydroservo.engine import flat
-from hydroservo.engine.native import MachineCode, RunError, native
-from hydroservo.engine.recipe import Recipe
-from hydroservo.engine.watch import Watch, listener, silent
+from hydroservo.engine.native import MachineCode, RunError, native_kernel
+from hydroservo.engine.recipe import KernelKey
+from hydroservo.engine.watch import MonitorGroups, is_silent, listener
 
 Out = NDArray[np.float64]
 
 
-class Study(NamedTuple):
+class RunSpec(NamedTuple):
     """All that is constant in a run."""
 
     system: Block
     integrator: Block
     periods: int  # of sampling; the last sample is the end
     substeps: int
-    watch: Watch
+    watch: MonitorGroups
 
 
-class Wanted(NamedTuple):
+class Recording(NamedTuple):
     """What to record of each sample, which numbers of a state must stay finite, and how large some may be."""
 
     recorded: tuple[str, ...]  # such as s.plant.velocity of the state s, or of the monitors' state m
@@ -38,10 +38,10 @@ class Wanted(NamedTuple):
 class InterpretedRun:
     """A run in plain Python, to step through."""
 
-    def __init__(self, study: Study, wanted: Wanted, state: Block) -> None:
+    def __init__(self, study: RunSpec, wanted: Recording, state: Block) -> None:
         self.study, self.state, self.sums = study, state, study.watch.init()
         self.width = len(wanted.recorded)
-        self.kernel = kernel(study, wanted)
+        self.kernel = sample_kernel(study, wanted)
 
     def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> int:
         """Samples first to last-1; returns last, or the sample after which a watched number was lost.
@@ -64,15 +64,15 @@ class InterpretedRun:
 class CompiledRun:
     """The same run in machine code, compiled for each new combination of blocks."""
 
-    def __init__(self, study: Study, wanted: Wanted, state: Block, *, strict: bool) -> None:
+    def __init__(self, study: RunSpec, wanted: Recording, state: Block, *, strict: bool) -> None:
         sums = study.watch.init()
-        shapes = (*map(flat.shape, (study, state, sums)), *wanted, has_single_steps(study))
-        recipe = Recipe("run", shapes, strict)
-        self.call = native(recipe, lambda: compiled_run(study, wanted, state, sums, strict))
+        shapes = (*map(flat.block_shape, (study, state, sums)), *wanted, has_single_steps(study))
+        recipe = KernelKey("run", shapes, strict)
+        self.call = native_kernel(recipe, lambda: compiled_run(study, wanted, state, sums, strict))
         self.width = len(wanted.recorded)
         self.study, self.shapes = study, (state, sums)  # kept alive: the table of arrays points into it
-        self.constants, self.tables = flat.numbers(study), flat.arrays(study)
-        self.states, self.running = flat.numbers(state), flat.numbers(sums)
+        self.constants, self.tables = flat.block_numbers(study), flat.block_arrays(study)
+        self.states, self.running = flat.block_numbers(state), flat.block_numbers(sums)
 
     def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> int:
         """Samples first to last-1; returns last, or the sample after which a watched number was lost.
@@ -105,14 +105,16 @@ def check_rows(first: int, last: int, stride: int, out: Out, width: int) -> None
         raise ValueError("rows go into a contiguous, writeable array of doubles")
 
 
-def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Watch, strict: bool) -> MachineCode:
+def compiled_run(
+    study: RunSpec, wanted: Recording, state: Block, sums: MonitorGroups, strict: bool
+) -> MachineCode:
     from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS
     from hydroservo.engine.machine_code import machine_code
     from hydroservo.language.terms import INT, REAL
 
     build, state_of, sums_of = map(flat.builder, (study, state, sums))
     put_state, put_sums = map(flat.storer, (state, sums))
-    run = kernel(study, wanted)
+    run = sample_kernel(study, wanted)
 
     def advance(constants, tables, states, running, out, first, last, dt, stride):  # type: ignore[no-untyped-def]
         system, integrator, periods, substeps, watch = build(constants, tables)
@@ -126,7 +128,7 @@ def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Watch, strict
     return machine_code(advance, (*memory, INT, INT, REAL, INT), strict)
 
 
-def kernel(study: Study, wanted: Wanted) -> Callable[..., tuple[Block, Watch, int]]:
+def sample_kernel(study: RunSpec, wanted: Recording) -> Callable[..., tuple[Block, MonitorGroups, int]]:
     """The function that runs samples of a study."""
     record, holds = flat.recorder(wanted.recorded), flat.checker(wanted.watched, dict(wanted.reach))
     hear_sample, hear_step = listener(study.watch.samples), listener(study.watch.steps)
@@ -137,15 +139,15 @@ def kernel(study: Study, wanted: Wanted) -> Callable[..., tuple[Block, Watch, in
         integrator: Block,
         periods: int,
         substeps: int,
-        watch: Watch,
+        watch: MonitorGroups,
         s: Block,
-        m: Watch,
+        m: MonitorGroups,
         first: int,
         last: int,
         dt: float,
         stride: int,
         out: Any,
-    ) -> tuple[Block, Watch, int]:
+    ) -> tuple[Block, MonitorGroups, int]:
         """Samples first to last-1, or up to the one after which a number of the state is lost.
 
         Rows of out are the samples that stride divides. Returns the state, the monitors' state, and the
@@ -156,14 +158,14 @@ def kernel(study: Study, wanted: Wanted) -> Callable[..., tuple[Block, Watch, in
             t = k * dt
             s = system.sample(s, t, dt)
             heard = hear_sample(watch.samples, m.samples, system, s, t, dt)
-            m = Watch(heard, m.steps)
+            m = MonitorGroups(heard, m.steps)
             if k % stride == 0:
                 record(out, row, s, m)
                 row += 1
             if k >= periods:
-                return s, Watch(heard, hear_step(watch.steps, m.steps, system, s, t, 0.0)), last
+                return s, MonitorGroups(heard, hear_step(watch.steps, m.steps, system, s, t, 0.0)), last
             x, steps = move(system, integrator, watch.steps, m.steps, s, t, dt, substeps)
-            s, m = system.with_machine(s, x), Watch(heard, steps)
+            s, m = system.with_machine(s, x), MonitorGroups(heard, steps)
             if not holds(s):
                 return s, m, k
         return s, m, last
@@ -171,12 +173,12 @@ def kernel(study: Study, wanted: Wanted) -> Callable[..., tuple[Block, Watch, in
     return run
 
 
-def has_single_steps(study: Study) -> bool:
+def has_single_steps(study: RunSpec) -> bool:
     """Whether each sample period is one step: a kernel of its own, without a loop."""
     return study.substeps == 1 and hasattr(type(study.integrator), "substep")
 
 
-def mover(study: Study) -> Callable[..., tuple[Block, Block]]:
+def mover(study: RunSpec) -> Callable[..., tuple[Block, Block]]:
     """A function that carries the machine from a sample to the next, with what monitors hear on the way."""
     hear = listener(study.watch.steps)
 
@@ -214,7 +216,7 @@ def mover(study: Study) -> Callable[..., tuple[Block, Block]]:
     kind = type(study.integrator)
     if has_single_steps(study):
         return single_step
-    if not silent(study.watch.steps):
+    if not is_silent(study.watch.steps):
         if hasattr(kind, "substep"):
             return equal_steps
         chooses = all(hasattr(kind, name) for name in ("begin", "attempt"))

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.engine.lanes import CompiledLanes, Group
-from hydroservo.engine.native import Native, RunError, argument
+from hydroservo.engine.lanes import CompiledLanes, LaneGroup
+from hydroservo.engine.native import Native, RunError, c_argument
 
 
-def traced(
+def monitor_traces(
     kernel: CompiledLanes,
     parameters: Mapping[str, NDArray[np.float64]],
     samples: int,
@@ -30,9 +30,9 @@ def traced(
         after: called with the number of each sample once the machine has moved on from it, and the memory of
             the lanes, in which it may change states and parameters.
     """
-    group, layout = Group(kernel, parameters), kernel.layout
+    group, layout = LaneGroup(kernel, parameters), kernel.layout
     held, alive = group.memory[layout.sums : layout.step_sums], group.memory[layout.alive]
-    advance = bound(kernel.call, kernel.constants, kernel.tables, group.memory)
+    advance = bind_arrays(kernel.call, kernel.constants, kernel.tables, group.memory)
     out = np.empty((samples, *held.shape))
     for k in range(samples):
         advance(k, k + 1, dt)
@@ -43,10 +43,10 @@ def traced(
     return out
 
 
-def bound(call: Native, *arrays: NDArray[Any]) -> Callable[[int, int, float], None]:
+def bind_arrays(call: Native, *arrays: NDArray[Any]) -> Callable[[int, int, float], None]:
     """A kernel whose arrays stay where they are: what it takes besides is quick to give."""
     result = ctypes.c_int64()
-    places = (ctypes.byref(result), *map(argument, arrays))
+    places = (ctypes.byref(result), *map(c_argument, arrays))
     function, whole, real = call.function, ctypes.c_int64, ctypes.c_double
 
     def advance(first: int, last: int, dt: float) -> None:

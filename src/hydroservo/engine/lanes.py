@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 
 from hydroservo.core.block import Block, leaves
 from hydroservo.engine import flat
-from hydroservo.engine.kernel import Study, Wanted, mover
-from hydroservo.engine.native import MachineCode, Native, native
-from hydroservo.engine.recipe import Recipe
-from hydroservo.engine.watch import Watch, listener, silent
+from hydroservo.engine.kernel import Recording, RunSpec, mover
+from hydroservo.engine.native import MachineCode, Native, native_kernel
+from hydroservo.engine.recipe import KernelKey
+from hydroservo.engine.watch import MonitorGroups, is_silent, listener
 
 LANES = 32  # four vectors of eight: enough to hide latencies, few enough for the states to stay in cache
 
 CACHE_LINE = 8  # doubles
 
 
-class Layout(NamedTuple):
+class LaneLayout(NamedTuple):
     """Where each part stands in the memory of a group, in rows of one number for each lane."""
 
     varied: tuple[str, ...]  # from row 0 on: the varied paths of the system
@@ -34,33 +34,37 @@ class Layout(NamedTuple):
     alive: int
 
 
-def layout_of(varied: tuple[str, ...], state: Block, sums: Watch) -> Layout:
+def lane_layout(varied: tuple[str, ...], state: Block, sums: MonitorGroups) -> LaneLayout:
     """The layout of runs that differ at these paths."""
     states = len(varied)
     first = states + len(list(leaves(state)))
     second = first + len(list(leaves(sums.samples)))
-    return Layout(varied, states, first, second, second + len(list(leaves(sums.steps))))
+    return LaneLayout(varied, states, first, second, second + len(list(leaves(sums.steps))))
 
 
 class CompiledLanes:
     """The kernel of a study whose runs differ in some numbers of the system."""
 
-    def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], *, strict: bool):
+    def __init__(
+        self, study: RunSpec, wanted: Recording, state: Block, varied: tuple[str, ...], *, strict: bool
+    ):
         sums = study.watch.init()
-        self.layout = layout_of(varied, state, sums)
-        recipe = Recipe("lanes", (*map(flat.shape, (study, state, sums)), *wanted, varied), strict)
-        self.call = native(recipe, lambda: compiled_lanes(study, wanted, state, sums, self.layout, strict))
-        self.study, self.state, self.first_sums = study, state, flat.numbers(sums)
-        self.constants, self.tables = flat.numbers(study), flat.arrays(study)
+        self.layout = lane_layout(varied, state, sums)
+        recipe = KernelKey("lanes", (*map(flat.block_shape, (study, state, sums)), *wanted, varied), strict)
+        self.call = native_kernel(
+            recipe, lambda: compiled_lanes(study, wanted, state, sums, self.layout, strict)
+        )
+        self.study, self.state, self.first_sums = study, state, flat.block_numbers(sums)
+        self.constants, self.tables = flat.block_numbers(study), flat.block_arrays(study)
 
 
-class Group:
+class LaneGroup:
     """LANES runs at their first sample."""
 
     def __init__(self, kernel: CompiledLanes, parameters: Mapping[str, NDArray[np.float64]]) -> None:
         layout = kernel.layout
         self.kernel = kernel
-        self.memory = aligned(layout.alive + 1)
+        self.memory = aligned_rows(layout.alive + 1)
         for row, path in enumerate(layout.varied):
             self.memory[row] = np.resize(parameters[path], LANES)
             self.memory[row, parameters[path].size :] = parameters[path][-1]
@@ -87,7 +91,7 @@ class Group:
         self.done[going] = done - self.lost[going]
 
 
-def aligned(rows: int) -> NDArray[np.float64]:
+def aligned_rows(rows: int) -> NDArray[np.float64]:
     """Rows of zeros that start on cache lines: a vector across two of them takes twice as long to load."""
     numbers = np.zeros(rows * LANES + CACHE_LINE)
     start = -numbers.ctypes.data // numbers.itemsize % CACHE_LINE
@@ -95,18 +99,18 @@ def aligned(rows: int) -> NDArray[np.float64]:
 
 
 def compiled_lanes(
-    study: Study, wanted: Wanted, state: Block, sums: Watch, layout: Layout, strict: bool
+    study: RunSpec, wanted: Recording, state: Block, sums: MonitorGroups, layout: LaneLayout, strict: bool
 ) -> MachineCode:
     from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS, kernel_text
     from hydroservo.engine.machine_code import object_code
     from hydroservo.language.terms import INT, REAL
 
-    build, lane_of = flat.builder(study), varier(study.system, layout.varied, row(0))
-    states, steps = kept(state, layout.states), kept(sums.steps, layout.step_sums)
+    build, lane_of = flat.builder(study), varier(study.system, layout.varied, lane_index(0))
+    states, steps = state_rows(state, layout.states), state_rows(sums.steps, layout.step_sums)
     begin_all, sample_all = beginner(lane_of, states), sampler(lane_of, states)
-    hear_all = hearer(study.watch.samples, lane_of, states, kept(sums.samples, layout.sums), at_sample)
+    hear_all = hearer(study.watch.samples, lane_of, states, state_rows(sums.samples, layout.sums), at_sample)
     first_all, next_all = movers(study, lane_of, states, steps)
-    lose_all = loser(wanted, states, layout.alive * LANES)
+    lose_all = divergence_marker(wanted, states, layout.alive * LANES)
 
     def advance(constants, tables, memory, first, last, dt):  # type: ignore[no-untyped-def]
         """Samples first to last-1, or until a lane's state is lost; returns the sample to go on with."""
@@ -137,9 +141,9 @@ class Rows(NamedTuple):
     store: Callable[..., Any]
 
 
-def kept(state: Block, first: int) -> Rows:
+def state_rows(state: Block, first: int) -> Rows:
     """States in the rows from one on."""
-    return Rows(flat.loader(state, row(first)), flat.storer(state, row(first)))
+    return Rows(flat.loader(state, lane_index(first)), flat.storer(state, lane_index(first)))
 
 
 def beginner(lane_of: Callable[..., Any], states: Rows) -> Callable[..., None]:
@@ -189,7 +193,7 @@ def between_samples(own, s, t):  # type: ignore[no-untyped-def]
 
 
 def movers(
-    study: Study, lane_of: Callable[..., Any], states: Rows, sums: Rows
+    study: RunSpec, lane_of: Callable[..., Any], states: Rows, sums: Rows
 ) -> tuple[Callable[..., None], Callable[..., None]]:
     """What takes every lane through the first step of a sample period, and through another.
 
@@ -202,7 +206,7 @@ def movers(
     at_once, between = (
         hearer(study.watch.steps, lane_of, states, sums, seen) for seen in (at_sample, between_samples)
     )
-    hear = not silent(study.watch.steps)
+    hear = not is_silent(study.watch.steps)
     all_steps = mover(study)
 
     def step(system: Block, integrator: Block, memory: Any, t: float, h: float) -> None:
@@ -239,7 +243,7 @@ def movers(
     return (first_step, next_step) if equal else (every_step, no_step)
 
 
-def loser(wanted: Wanted, states: Rows, alive: int) -> Callable[..., bool]:
+def divergence_marker(wanted: Recording, states: Rows, alive: int) -> Callable[..., bool]:
     """What marks the lanes that are lost, and says whether one is that was not."""
     load, holds = states.load, flat.checker(wanted.watched, dict(wanted.reach))
 
@@ -256,7 +260,7 @@ def loser(wanted: Wanted, states: Rows, alive: int) -> Callable[..., bool]:
     return lose
 
 
-def row(first: int) -> flat.Place:
+def lane_index(first: int) -> flat.Place:
     """The index of a lane's number in the i-th row from one on."""
     return lambda i: f"{(first + i) * LANES} + lane"
 

@@ -13,8 +13,8 @@ from llvmlite import binding
 
 from hydroservo.core.ops.basic import ROUNDER
 from hydroservo.engine.llvm.entries import kernel_text
-from hydroservo.engine.llvm.values import literal
-from hydroservo.engine.native import CompileError, MachineCode, prepare
+from hydroservo.engine.llvm.values import float_literal
+from hydroservo.engine.native import CompileError, MachineCode, prepare_llvm
 from hydroservo.engine.recipe import features
 from hydroservo.engine.schedule import schedule
 from hydroservo.language.terms import Type
@@ -25,7 +25,7 @@ FUSIBLE = re.compile(r"(?<= = )(fadd|fsub|fmul)\b")
 QUOTIENT = re.compile(r"(%[\w.]+) = fdiv (?=double)")
 ROUNDED = re.compile(
     rf"(?:@llvm\.(?:ceil|floor|rint|trunc)\.f64\(|fptosi |fadd )double (%[\w.]+)"
-    rf"(?:\)| to |, {literal(ROUNDER)})"
+    rf"(?:\)| to |, {float_literal(ROUNDER)})"
 )
 DEFINITION = re.compile(r"^(define .*) {$", re.MULTILINE)
 
@@ -71,16 +71,16 @@ def object_code(
 
     It may multiply by ``reciprocals``; one that steps ``alone`` a single run has its instructions ordered.
     """
-    prepare()
+    prepare_llvm()
     machine, wide = processor(), "+avx512dq" in features()
-    text = interleaved(widest(text) if wide else text, VECTORS)
+    text = with_interleaving(with_widest_vectors(text) if wide else text, VECTORS)
     text = with_reciprocals(text) if reciprocals else text
-    module = optimised(text, machine.triple, machine, strict)
+    module = optimise(text, machine.triple, machine, strict)
     if wide and has_slow_roots() and not strict:
-        module = parsed(with_estimated_roots(str(module)))
+        module = parse_module(with_estimated_roots(str(module)))
     if alone:
-        module = parsed(schedule(str(module)))
-    portable = PROVIDED.issuperset(foreign(module))
+        module = parse_module(schedule(str(module)))
+    portable = PROVIDED.issuperset(external_functions(module))
     return MachineCode(name, machine.emit_object(module), portable=portable)
 
 
@@ -97,7 +97,7 @@ def has_slow_roots() -> bool:
     return not binding.get_host_cpu_name().startswith("znver")
 
 
-def parsed(text: str) -> binding.ModuleRef:
+def parse_module(text: str) -> binding.ModuleRef:
     """The module that a text describes."""
     try:
         return binding.parse_assembly(text)
@@ -110,28 +110,28 @@ def parsed(text: str) -> binding.ModuleRef:
         ) from None
 
 
-def optimised(text: str, triple: str, machine: binding.TargetMachine, strict: bool) -> binding.ModuleRef:
+def optimise(text: str, triple: str, machine: binding.TargetMachine, strict: bool) -> binding.ModuleRef:
     """The module of a text, made better by LLVM, vectors included.
 
     That a product and a sum may be rounded as one is said last, for LLVM keeps such out of vectors.
     """
-    module = parsed(text)
+    module = parse_module(text)
     module.triple, module.data_layout = triple, str(machine.target_data)
     options = binding.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization = options.slp_vectorization = True
     builder = binding.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
-    return module if strict else parsed(FUSIBLE.sub(r"\1 contract", str(module)))
+    return module if strict else parse_module(FUSIBLE.sub(r"\1 contract", str(module)))
 
 
-def foreign(module: binding.ModuleRef) -> Iterator[str]:
+def external_functions(module: binding.ModuleRef) -> Iterator[str]:
     """The functions that a module calls and does not hold."""
     for function in module.functions:
         if function.is_declaration and not function.name.startswith("llvm."):
             yield function.name
 
 
-def widest(module: str) -> str:
+def with_widest_vectors(module: str) -> str:
     """The text of a module whose functions take the widest vectors that AVX-512 has.
 
     For many processors LLVM prefers half the width, since programs that seldom need vectors lose more by a
@@ -150,7 +150,7 @@ def with_reciprocals(module: str) -> str:
     return QUOTIENT.sub(lambda found: found[0] + "arcp " * (found[1] not in rounded), module)
 
 
-def interleaved(module: str, vectors: int) -> str:
+def with_interleaving(module: str, vectors: int) -> str:
     """The text of a module that asks for so many vectors at a time in each loop that is vectorised.
 
     While one waits for its operations to end, the others go on. Loops name node 0 for what is asked of them.
@@ -167,12 +167,12 @@ def with_estimated_roots(module: str) -> str:
 
     It is within one unit in the last place; of numbers below 2e-308, which have fewer bits, within 1e-14.
     """
-    found = ROOT.sub(root, module)
+    found = ROOT.sub(root_steps, module)
     declared = [line for name, line in DECLARED.items() if name in found and line not in found]
     return "\n".join([found, *declared, ""])
 
 
-def root(call: re.Match[str]) -> str:
+def root_steps(call: re.Match[str]) -> str:
     """The steps in place of a call; names that hold a period are taken by no one else."""
     named = re.sub(r"%(\w+)", rf"%root.{call[1]}.\1", STEPS)
     return named.replace("$x", call[2]).replace("$root", f"%{call[1]}")

@@ -12,7 +12,7 @@ import numpy as np
 from llvmlite import binding
 
 from hydroservo.engine import disk_cache
-from hydroservo.engine.recipe import Recipe, UnknownContentError
+from hydroservo.engine.recipe import KernelKey, UnknownContentError
 
 
 class CompileError(Exception):
@@ -47,7 +47,7 @@ class Linked:
     """Machine code in memory; its function returns 0, or 1 where a block raised."""
 
     def __init__(self, made: MachineCode) -> None:
-        prepare()
+        prepare_llvm()
         machine = binding.Target.from_default_triple().create_target_machine()
         self.engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
         self.engine.add_object_file(binding.ObjectFileRef.from_data(made.code))
@@ -63,12 +63,12 @@ class Native(Linked):
 
     def __call__(self, *arguments: Any) -> int:
         result = ctypes.c_int64()
-        if self.function(ctypes.byref(result), *(argument(value) for value in arguments)) != 0:
+        if self.function(ctypes.byref(result), *(c_argument(value) for value in arguments)) != 0:
             raise RunError("a block raised an exception, which compiled code cannot carry")
         return result.value
 
 
-def argument(value: Any) -> Any:
+def c_argument(value: Any) -> Any:
     """A value as C takes it."""
     if isinstance(value, np.ndarray):
         if value.dtype not in ELEMENTS or not value.flags.carray:
@@ -84,7 +84,7 @@ def argument(value: Any) -> Any:
 
 
 @cache
-def prepare() -> None:
+def prepare_llvm() -> None:
     """LLVM's back end for this processor."""
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
@@ -95,8 +95,8 @@ LOG = logging.getLogger(__name__)
 LOCK = Lock()  # two threads that ask for one kernel get one, compiled once
 
 
-def native(
-    recipe: Recipe, make: Callable[[], MachineCode], link: Callable[[MachineCode], Any] = Native
+def native_kernel(
+    recipe: KernelKey, make: Callable[[], MachineCode], link: Callable[[MachineCode], Any] = Native
 ) -> Any:
     """The kernel of a recipe: the one of before, the one on disk, or a new one, made callable by ``link``."""
     key = recipe, recipe.methods()
@@ -104,45 +104,45 @@ def native(
         if key in READY:
             LOG.debug("kernel '%s' from memory", recipe.text)
         else:
-            READY[key] = link(on_disk(recipe, make))
+            READY[key] = link(kernel_on_disk(recipe, make))
         return READY[key]
 
 
-def on_disk(recipe: Recipe, make: Callable[[], MachineCode]) -> MachineCode:
+def kernel_on_disk(recipe: KernelKey, make: Callable[[], MachineCode]) -> MachineCode:
     """The kernel on disk, or a new one, kept there if it can be; the log says which, and why."""
     start = monotonic()
     digest, kept, remarks = None, None, []
     try:
         digest = recipe.digest()
-        kept = disk_cache.read(digest)
+        kept = disk_cache.read_kernel(digest)
     except UnknownContentError as error:
         remarks.append(f"it cannot be kept: {error}")
     except OSError as error:
-        remarks.append(problem(error))
+        remarks.append(cache_problem(error))
     if kept is not None:
         LOG.info("kernel '%s' read from disk in %.2f s", recipe.text, monotonic() - start)
         return MachineCode(*kept, portable=True)
     made = make()
     seconds = monotonic() - start
     if digest is not None:
-        remarks.append(keep(digest, made))
+        remarks.append(keep_kernel(digest, made))
     LOG.info("kernel '%s' compiled in %.1f s; %s", recipe.text, seconds, "; ".join(dict.fromkeys(remarks)))
     return made
 
 
-def problem(error: OSError) -> str:
+def cache_problem(error: OSError) -> str:
     """What is wrong with the cache; the same whether it was read or written."""
     if isinstance(error, disk_cache.CacheError):
         return f"cache: {error}"
     return f"cache: {disk_cache.directory()}: {error.strerror}"
 
 
-def keep(digest: str, made: MachineCode) -> str:
+def keep_kernel(digest: str, made: MachineCode) -> str:
     """Keeps a kernel on disk if it can be, and says whether."""
     if not made.portable:
         return "it cannot be kept: it calls functions of this process"
     try:
-        disk_cache.write(digest, made.name, made.code)
+        disk_cache.write_kernel(digest, made.name, made.code)
     except OSError as error:
-        return problem(error)
+        return cache_problem(error)
     return "kept on disk"

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from llvmlite import binding
 
 from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS, kernel_text
-from hydroservo.engine.machine_code import interleaved, optimised
+from hydroservo.engine.machine_code import optimise, with_interleaving
 from hydroservo.engine.native import CompileError, MachineCode
 from hydroservo.language.terms import INT, REAL
 
@@ -47,8 +47,8 @@ def ptx(function: Callable[..., int], constants: int, strict: bool) -> MachineCo
         raise CompileError(f"a CUDA device takes {MOST} numbers of blocks, and these have {constants}")
     inner = kernel_text(INNER, function, ARGUMENTS).replace("define i32", "define internal i32")
     machine = device_machine()
-    module = optimised(interleaved(inner + entry(constants), 1), TRIPLE, machine, strict)
-    missing = sorted(foreign(module))
+    module = optimise(with_interleaving(inner + kernel_entry(constants), 1), TRIPLE, machine, strict)
+    missing = sorted(library_functions(module))
     if missing:
         raise CompileError(f"it calls {', '.join(missing)}, which no CUDA device has")
     return MachineCode(NAME, machine.emit_assembly(module).encode(), portable=True)
@@ -68,7 +68,7 @@ def device_machine() -> binding.TargetMachine:
     return machine
 
 
-def entry(constants: int) -> str:
+def kernel_entry(constants: int) -> str:
     """The text of the kernel: each thread advances its run, if it still goes on, and keeps what became of it.
 
     Constants are given by value, which keeps them where operations read them without a register.
@@ -108,7 +108,7 @@ end:
 """
 
 
-def foreign(module: binding.ModuleRef) -> Iterator[str]:
+def library_functions(module: binding.ModuleRef) -> Iterator[str]:
     """The functions that a module needs from a library."""
     for function in module.functions:
         if function.is_declaration and (

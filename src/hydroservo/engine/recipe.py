@@ -46,7 +46,7 @@ class UnknownContentError(Exception):
         super().__init__(f"{where} uses {what}" if where else what)
 
 
-class Recipe(NamedTuple):
+class KernelKey(NamedTuple):
     """The name of a kernel's text and all that it was written for."""
 
     text: str
@@ -66,16 +66,16 @@ class Recipe(NamedTuple):
 @cache
 def distinct_classes(shapes: Any) -> tuple[type, ...]:
     """The classes in nested tuples, each once; equal tuples have the same."""
-    return tuple(dict.fromkeys(classes(shapes)))
+    return tuple(dict.fromkeys(nested_classes(shapes)))
 
 
-def classes(shapes: Any) -> Iterator[type]:
+def nested_classes(shapes: Any) -> Iterator[type]:
     """The classes in nested tuples."""
     if isinstance(shapes, type):
         yield shapes
     elif isinstance(shapes, tuple):
         for part in shapes:
-            yield from classes(part)
+            yield from nested_classes(part)
 
 
 def methods_of(cls: type) -> list[tuple[str, FunctionType]]:
@@ -119,7 +119,7 @@ def surroundings() -> str:
     return repr((LOADED, processor, versions))
 
 
-def owner(value: type | FunctionType) -> str:
+def defining_module(value: type | FunctionType) -> str:
     """The module that a class or function is really of: ``__module__`` is only what it says of itself."""
     if isinstance(value, FunctionType):
         return str(value.__globals__.get("__name__", ""))
@@ -130,7 +130,7 @@ def owner(value: type | FunctionType) -> str:
 
 
 @cache
-def is_foreign(module: str) -> bool:
+def is_of_library(module: str) -> bool:
     """True for a module of Python or of a compiler, whose version tells its content."""
     top = module.partition(".")[0]
     if top in BELOW:
@@ -178,7 +178,7 @@ class Content:
             yield from self.once(value, self.of_function)
         elif isinstance(value, type):
             yield from self.of_type(value)
-        elif isinstance(value, BuiltinFunctionType) and is_foreign(value.__module__ or "builtins"):
+        elif isinstance(value, BuiltinFunctionType) and is_of_library(value.__module__ or "builtins"):
             yield f"{value.__module__}.{value.__qualname__}"
         else:
             raise UnknownContentError(f"an object of type {type(value).__qualname__}")
@@ -186,7 +186,7 @@ class Content:
     def once(self, value: Any, tell: Any) -> Iterator[str]:
         """The name of something, and its content, or where that was told before."""
         yield f"{value.__module__}.{value.__qualname__}"
-        if is_foreign(owner(value)):
+        if is_of_library(defining_module(value)):
             return
         if id(value) in self.met:
             yield f"number {self.met[id(value)]}"
@@ -198,7 +198,7 @@ class Content:
         if issubclass(value, BaseException):  # compiled code only says that one was raised
             yield f"{value.__module__}.{value.__qualname__}"
             return
-        if not is_foreign(owner(value)) and not hasattr(value, "_fields"):
+        if not is_of_library(defining_module(value)) and not hasattr(value, "_fields"):
             raise UnknownContentError(f"the class {value.__qualname__}, which is not a NamedTuple")
         yield from self.once(value, self.of_class)
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from hydroservo.core.block import Block, values
 from hydroservo.engine import flat
-from hydroservo.engine.native import MachineCode, native
-from hydroservo.engine.recipe import Recipe
+from hydroservo.engine.native import MachineCode, native_kernel
+from hydroservo.engine.recipe import KernelKey
 
 Numbers = NDArray[np.float64]
 
@@ -23,11 +23,14 @@ class CompiledRows:
     """
 
     def __init__(self, blocks: Sequence[Block], given: Block, returned: Block) -> None:
-        recipe = Recipe("rows", tuple(map(flat.shape, (blocks[0], given, returned))), strict=True)
-        self.call = native(recipe, lambda: compiled_rows(blocks[0], given, returned))
+        recipe = KernelKey("rows", tuple(map(flat.block_shape, (blocks[0], given, returned))), strict=True)
+        self.call = native_kernel(recipe, lambda: compiled_rows(blocks[0], given, returned))
         self.width = len(values(returned))
         self.block = blocks[0]  # kept alive: the table of arrays points into it
-        self.constants, self.tables = np.array([*map(flat.numbers, blocks)]), flat.arrays(blocks[0])
+        self.constants, self.tables = (
+            np.array([*map(flat.block_numbers, blocks)]),
+            flat.block_arrays(blocks[0]),
+        )
 
     def __call__(self, rows: Numbers, which: NDArray[np.intp]) -> Numbers:
         """What some of the blocks return for rows of numbers of their own, shape (blocks, rows, numbers)."""
@@ -41,9 +44,9 @@ def compiled_rows(block: Block, given: Block, returned: Block) -> MachineCode:
     from hydroservo.engine.machine_code import machine_code
     from hydroservo.language.terms import INT
 
-    build = flat.constructor("build(numbers, arrays, lane)", block, flat.stored(block, place))
-    load, store = flat.loader(given, place), flat.storer(returned, place)
-    width, taken, left = len(flat.numbers(block)), len(values(given)), len(values(returned))
+    build = flat.constructor("build(numbers, arrays, lane)", block, flat.leaf_positions(block, number_index))
+    load, store = flat.loader(given, number_index), flat.storer(returned, number_index)
+    width, taken, left = len(flat.block_numbers(block)), len(values(given)), len(values(returned))
 
     def rows(constants, tables, memory, out, blocks, count):  # type: ignore[no-untyped-def]
         for j in range(blocks):
@@ -55,6 +58,6 @@ def compiled_rows(block: Block, given: Block, returned: Block) -> MachineCode:
     return machine_code(rows, (DOUBLES, INTEGERS, DOUBLES, DOUBLES, INT, INT), strict=True)
 
 
-def place(i: int) -> str:
+def number_index(i: int) -> str:
     """The index of the i-th number of a row that begins at ``lane``."""
     return f"{i} + lane"

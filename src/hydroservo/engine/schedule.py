@@ -39,25 +39,25 @@ def schedule(module: str) -> str:
 def order_block(block: str) -> str:
     """The lines of a block, what stands between its phis and its terminator in another order."""
     lines = block.splitlines(keepends=True)
-    first = sum(1 for _ in takewhile(lambda line: word(line) == "phi", lines))
-    last = next((i for i, line in enumerate(lines) if word(line) in TERMINATORS), len(lines))
+    first = sum(1 for _ in takewhile(lambda line: operation_of(line) == "phi", lines))
+    last = next((i for i, line in enumerate(lines) if operation_of(line) in TERMINATORS), len(lines))
     body = lines[first:last]
     if len(body) < LONG:
         return block
-    order = start_order(dependencies(body), list(map(cycles, body)))
+    order = start_order(dependencies(body), list(map(latency, body)))
     return "".join([*lines[:first], *(body[i] for i in order), *lines[last:]])
 
 
-def word(line: str) -> str:
+def operation_of(line: str) -> str:
     """The operation of an instruction."""
     found = INSTRUCTION.match(line)
     return found[1] if found else ""
 
 
-def cycles(line: str) -> float:
+def latency(line: str) -> float:
     """How long an instruction's result takes."""
     intrinsic = INTRINSIC.search(line)
-    return CYCLES.get(intrinsic[1] if intrinsic else word(line), 1.0)
+    return CYCLES.get(intrinsic[1] if intrinsic else operation_of(line), 1.0)
 
 
 def dependencies(body: Sequence[str]) -> list[set[int]]:
@@ -68,7 +68,7 @@ def dependencies(body: Sequence[str]) -> list[set[int]]:
     writes: list[int] = []  # the last one
     for i, line in enumerate(body):
         before = {places[name] for name in NAME.findall(line) if name in places}
-        operation = word(line)
+        operation = operation_of(line)
         if operation == "load":
             before.update(writes)
             reads.append(i)

@@ -10,7 +10,7 @@ from types import FunctionType, MappingProxyType
 from typing import Any
 
 from hydroservo.core import block, states
-from hydroservo.engine.flat import written
+from hydroservo.engine.flat import text_function
 from hydroservo.language.body import Body
 from hydroservo.language.scope import TranslationError
 from hydroservo.language.terms import Function, Record, Translator, Type
@@ -154,7 +154,7 @@ def defined(
     name = origin.__name__
     body = "\n    ".join([*lines, f"return {expression}"])
     namespace["__name__"] = origin.__module__
-    function = written(f"def {name}({arguments}):\n    {body}\n", namespace, name)
+    function = text_function(f"def {name}({arguments}):\n    {body}\n", namespace, name)
     function.__doc__ = origin.__doc__
     return function
 

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from hydroservo.core.block import Block, leaves
 from hydroservo.engine import flat
-from hydroservo.engine.kernel import Study, Wanted, mover
-from hydroservo.engine.lanes import LANES, aligned, row, varier
-from hydroservo.engine.native import MachineCode, native
-from hydroservo.engine.recipe import Recipe
+from hydroservo.engine.kernel import Recording, RunSpec, mover
+from hydroservo.engine.lanes import LANES, aligned_rows, lane_index, varier
+from hydroservo.engine.native import MachineCode, native_kernel
+from hydroservo.engine.recipe import KernelKey
 
 Numbers = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
 
-class Places(NamedTuple):
+class StepLayout(NamedTuple):
     """Where each part stands in the memory of a group, in rows of one number for each lane."""
 
     states: int  # after the varied numbers of the system
@@ -36,7 +36,7 @@ class Places(NamedTuple):
         return (self.alive + 1) * LANES
 
 
-def places_of(varied: Sequence[str], state: Block, command: str) -> Places:
+def step_layout(varied: Sequence[str], state: Block, command: str) -> StepLayout:
     """Where a group of runs that differ in some numbers has its parts.
 
     Args:
@@ -46,7 +46,7 @@ def places_of(varied: Sequence[str], state: Block, command: str) -> Places:
     """
     paths = [path for path, _ in leaves(state)]
     sample = len(varied) + len(paths)
-    return Places(len(varied), len(varied) + paths.index(command), sample, sample + 1)
+    return StepLayout(len(varied), len(varied) + paths.index(command), sample, sample + 1)
 
 
 class CompiledSteps:
@@ -60,16 +60,19 @@ class CompiledSteps:
         command: the path in the state of what is given from outside.
     """
 
-    def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], command: str):
-        self.varied, self.places = varied, places_of(varied, state, command)
+    def __init__(
+        self, study: RunSpec, wanted: Recording, state: Block, varied: tuple[str, ...], command: str
+    ):
+        self.varied, self.places = varied, step_layout(varied, state, command)
         self.width = len(wanted.recorded)
         self.arguments = study, wanted, state, varied, command
-        shapes = (*map(flat.shape, (study, state)), *wanted, varied, command)
-        made = Made(study, wanted, state, varied, self.places)
-        self.begin = native(Recipe("first samples", shapes, strict=True), lambda: compiled_begin(made))
-        self.step = native(Recipe("sample periods", shapes, strict=True), lambda: compiled_step(made))
+        shapes = (*map(flat.block_shape, (study, state)), *wanted, varied, command)
+        made = StepSpec(study, wanted, state, varied, self.places)
+        begin, step = (KernelKey(name, shapes, strict=True) for name in ("first samples", "sample periods"))
+        self.begin = native_kernel(begin, lambda: compiled_begin(made))
+        self.step = native_kernel(step, lambda: compiled_step(made))
         self.study = study  # kept alive: the table of arrays points into it
-        self.constants, self.tables = flat.numbers(study), flat.arrays(study)
+        self.constants, self.tables = flat.block_numbers(study), flat.block_arrays(study)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Machine code belongs to its process: another one makes it again, or finds it on disk."""
@@ -80,14 +83,14 @@ class CompiledSteps:
         return self
 
 
-class Made(NamedTuple):
+class StepSpec(NamedTuple):
     """What the text of both kernels is written from."""
 
-    study: Study
-    wanted: Wanted
+    study: RunSpec
+    wanted: Recording
     state: Block
     varied: tuple[str, ...]
-    places: Places
+    places: StepLayout
 
 
 class Steps:
@@ -100,7 +103,7 @@ class Steps:
 
     def __init__(self, kernel: CompiledSteps, runs: int) -> None:
         self.kernel, self.runs, self.groups = kernel, runs, -(-runs // LANES)
-        self.memory = aligned(self.groups * kernel.places.size // LANES).reshape(-1)
+        self.memory = aligned_rows(self.groups * kernel.places.size // LANES).reshape(-1)
         self.rows = self.memory.reshape(self.groups, -1, LANES)
         self.shown = np.zeros((runs, kernel.width))
 
@@ -140,12 +143,13 @@ class Steps:
         kernel.step(kernel.constants, kernel.tables, self.memory, self.shown, first, last, self.runs, dt)
 
 
-def compiled_begin(made: Made) -> MachineCode:
+def compiled_begin(made: StepSpec) -> MachineCode:
     from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS
     from hydroservo.engine.machine_code import machine_code
     from hydroservo.language.terms import INT, REAL
 
-    build, store, record, lane_of = flat.builder(made.study), storer(made), recorder(made), varied_of(made)
+    build, store = flat.builder(made.study), run_storer(made)
+    record, lane_of = run_recorder(made), varied_of(made)
     size, sample, alive = made.places.size, made.places.sample * LANES, made.places.alive * LANES
 
     def begin(constants, tables, memory, shown, which, count, dt):  # type: ignore[no-untyped-def]
@@ -165,13 +169,13 @@ def compiled_begin(made: Made) -> MachineCode:
     return machine_code(begin, (*memory, INT, REAL), strict=True)
 
 
-def compiled_step(made: Made) -> MachineCode:
+def compiled_step(made: StepSpec) -> MachineCode:
     from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS
     from hydroservo.engine.machine_code import machine_code
     from hydroservo.language.terms import INT, REAL
 
-    build, load, record = flat.builder(made.study), state_of(made), recorder(made)
-    move_all, sample_all, size = moving(made), sampling(made), made.places.size
+    build, load, record = flat.builder(made.study), state_of(made), run_recorder(made)
+    move_all, sample_all, size = machine_mover(made), state_sampler(made), made.places.size
 
     def advance(constants, tables, memory, shown, first, last, runs, dt):  # type: ignore[no-untyped-def]
         study = build(constants, tables)
@@ -189,13 +193,13 @@ def compiled_step(made: Made) -> MachineCode:
     return machine_code(advance, (*memory, INT, INT, INT, REAL), strict=True)
 
 
-def moving(made: Made) -> Callable[..., None]:
+def machine_mover(made: StepSpec) -> Callable[..., None]:
     """What takes the machines of a group from their samples to the next.
 
     Equal steps go through all lanes one by one, for vectors have no loops of their own; an integrator that
     chooses its steps takes them all lane by lane.
     """
-    load, store, lane_of = state_of(made), storer(made), varied_of(made)
+    load, store, lane_of = state_of(made), run_storer(made), varied_of(made)
     sample, whole = made.places.sample * LANES, mover(made.study)
 
     def equal_steps(study, memory, at, end, dt):  # type: ignore[no-untyped-def]
@@ -217,9 +221,9 @@ def moving(made: Made) -> Callable[..., None]:
     return equal_steps if hasattr(type(made.study.integrator), "substep") else chosen_steps
 
 
-def sampling(made: Made) -> Callable[..., None]:
+def state_sampler(made: StepSpec) -> Callable[..., None]:
     """What judges the states of a group and samples them."""
-    load, store, lane_of = state_of(made), storer(made), varied_of(made)
+    load, store, lane_of = state_of(made), run_storer(made), varied_of(made)
     holds = flat.checker(made.wanted.watched, dict(made.wanted.reach))
     sample, alive = made.places.sample * LANES, made.places.alive * LANES
 
@@ -233,21 +237,21 @@ def sampling(made: Made) -> Callable[..., None]:
     return sample_all
 
 
-def state_of(made: Made) -> Callable[..., Any]:
+def state_of(made: StepSpec) -> Callable[..., Any]:
     """A function ``load(memory, lane)`` that returns a lane's state."""
-    return flat.loader(made.state, row(made.places.states))
+    return flat.loader(made.state, lane_index(made.places.states))
 
 
-def storer(made: Made) -> Callable[..., Any]:
+def run_storer(made: StepSpec) -> Callable[..., Any]:
     """A function ``store(memory, lane, s)`` that writes it."""
-    return flat.storer(made.state, row(made.places.states))
+    return flat.storer(made.state, lane_index(made.places.states))
 
 
-def varied_of(made: Made) -> Callable[..., Any]:
+def varied_of(made: StepSpec) -> Callable[..., Any]:
     """A function ``vary(system, memory, lane)`` that returns a lane's own system."""
-    return varier(made.study.system, made.varied, row(0))
+    return varier(made.study.system, made.varied, lane_index(0))
 
 
-def recorder(made: Made) -> Callable[..., Any]:
+def run_recorder(made: StepSpec) -> Callable[..., Any]:
     """A function ``record(shown, run, s, s)`` that writes what is wanted of a state."""
     return flat.recorder(made.wanted.recorded)

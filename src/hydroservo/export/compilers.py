@@ -121,7 +121,7 @@ class CompilerError(HydroservoError):
     """There is no C compiler, or it or its program does not work."""
 
 
-def compiled(folder: Path, words: Sequence[str], made: str, command: Sequence[str] = ()) -> Path:
+def compile_file(folder: Path, words: Sequence[str], made: str, command: Sequence[str] = ()) -> Path:
     """A file that the C compiler makes in a folder.
 
     Args:
@@ -131,7 +131,7 @@ def compiled(folder: Path, words: Sequence[str], made: str, command: Sequence[st
         command: that calls the compiler; this computer's own if empty.
     """
     call = [*(command or compiler()), "-std=c99", "-O2", *BITS, *words, "-o", made, "-lm"]
-    done = ran(folder, call)
+    done = run_command(folder, call)
     if done.returncode != 0:
         lines = [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines()
         said = lines[0] if lines else f"exit status {done.returncode}"
@@ -156,7 +156,7 @@ def compiler() -> list[str]:
     return found
 
 
-def ran(folder: Path, command: Sequence[str]) -> "subprocess.CompletedProcess[str]":
+def run_command(folder: Path, command: Sequence[str]) -> "subprocess.CompletedProcess[str]":
     """What a command did in a folder."""
     name = Path(command[0]).name
     try:

@@ -15,12 +15,12 @@ from hydroservo.core.errors import LoopError
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.cosimulation import refuse_fmus
-from hydroservo.export.c.counting import counted
-from hydroservo.export.c.declared import declared_in
-from hydroservo.export.c.fixed import computed_once
-from hydroservo.export.c.liveness import Needed
+from hydroservo.export.c.constants import fold_constants
+from hydroservo.export.c.counting import operation_count
+from hydroservo.export.c.declared import declarations_by_name
+from hydroservo.export.c.liveness import Liveness
 from hydroservo.export.c.primitives import WRITTEN
-from hydroservo.export.c.source import Form, Translation, texts
+from hydroservo.export.c.source import SourceForm, Translation, source_texts
 from hydroservo.export.converted import ConvertedController, ConvertedHold, ConvertedState
 from hydroservo.export.parts import (
     Command,
@@ -32,7 +32,7 @@ from hydroservo.export.parts import (
     with_its_substeps,
 )
 from hydroservo.export.texts import checked_prefix, plain_title
-from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
+from hydroservo.export.unit import INTEGRATED, RATES, Argument, CModule, Part, Precision, Signal
 from hydroservo.language.names import place_in_c
 from hydroservo.language.program import Program, check_law
 from hydroservo.language.terms import REAL, Record
@@ -69,7 +69,7 @@ STEPPED = (Part.MACHINE, Part.LOOP)  # by an integrator of its own
 MACHINE = ("plant.", "valve.", "supply.", "drive.")  # records of a machine's state
 
 
-class Size(NamedTuple):
+class StateSize(NamedTuple):
     """Where an integrated number starts, and its largest absolute value in the scenario."""
 
     start: float
@@ -84,7 +84,7 @@ def exported_unit(
     title: str,
     precision: Precision = Precision.DOUBLE,
     inlined: bool = False,
-) -> Unit:
+) -> CModule:
     """A part of a loop as C99.
 
     Args:
@@ -109,11 +109,11 @@ def exported_unit(
         refuse_fmus(loop, f"write its {part} as C")
     loop = complete(loop)
     ready_loop = with_its_substeps(ready(loop)) if part in STEPPED else ready(loop)
-    translation = translated(ready_loop, part, prefix)
+    translation = translate_unit(ready_loop, part, prefix)
     first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures
     read, later = needed_by(translation, init=True), needed_by(translation, init=False)
     parameters = [translation.block] if inlined else []  # which may change between samples where they are not
-    computed_once({translation.init: parameters, translation.step: parameters})
+    fold_constants({translation.init: parameters, translation.step: parameters})
     needed = needed_by(translation, init=True)
     digest, period = scenario_hash(loop), ready_loop.simulation.period
     sampled = "" if part is Part.EQUATIONS else f", for a sample period of {period!r} s"
@@ -121,10 +121,12 @@ def exported_unit(
     commands = commands.format(unit=loop.command.unit, per_volt=float(loop.command.per_volt))
     about = ABOUT.format(title=title, hash=digest, version=__version__, sampled=sampled, commands=commands)
     real = "float" if single else "double"
-    header, source = texts(translation, needed, Form(prefix, real, inlined, about, digest, __version__))
+    header, source = source_texts(
+        translation, needed, SourceForm(prefix, real, inlined, about, digest, __version__)
+    )
     start = translation.start
-    integrated = sizes(ready_loop, start.start) if part is Part.EQUATIONS else {}
-    return Unit(
+    integrated = state_sizes(ready_loop, start.start) if part is Part.EQUATIONS else {}
+    return CModule(
         part=part,
         prefix=prefix,
         title=title,
@@ -143,7 +145,7 @@ def exported_unit(
             if needed.kept(record)
         ),
         states=tuple(state_signals(translation, needed)),
-        operations=counted(translation.step, needed),
+        operations=operation_count(translation.step, needed),
     )
 
 
@@ -159,7 +161,7 @@ COMMANDS = """
 The command comes and goes in {unit}, {per_volt:g} {unit} a volt; what is inside counts in volts."""
 
 
-def translated(loop: Loop, part: Part, prefix: str) -> Translation:
+def translate_unit(loop: Loop, part: Part, prefix: str) -> Translation:
     """A unit's functions and records."""
     try:
         program = Program(WRITTEN, prefix)
@@ -204,41 +206,41 @@ def argument_record(program: Program, name: str, cls: Any, block: Block) -> Reco
     return record
 
 
-def needed_by(translation: Translation, *, init: bool) -> Needed:
+def needed_by(translation: Translation, *, init: bool) -> Liveness:
     """What a unit's functions need: both of them, or ``step`` alone."""
     functions = [translation.init, translation.step] if init else [translation.step]
     given = [record for name, record in translation.arguments if name != INTEGRATED]
     state = translation.init.returns
     assert isinstance(state, Record)
     timed = init and "period" in translation.parameters.fields
-    return Needed(functions, [state], given, [(translation.parameters, "period")] if timed else [])
+    return Liveness(functions, [state], given, [(translation.parameters, "period")] if timed else [])
 
 
-def parameter_signals(translation: Translation, needed: Needed, later: Needed) -> Iterator[Signal]:
+def parameter_signals(translation: Translation, needed: Liveness, later: Liveness) -> Iterator[Signal]:
     """The parameters that are read; fixed are those that no step reads later."""
     for place, record, name in kept_numbers(translation.parameters, needed):
         path = "simulation.period" if place == "period" else place.removeprefix("loop.")
         fixed = not later.has(record, name) or place == "period"
         field = field_at(translation.block, place, translation.signal)
         field = replace(field, unit=record.units.get(name, field.unit))
-        parameter = signal(path, place, field, number_in(translation.block, place))
-        least, most = bounds(field)
+        parameter = unit_signal(path, place, field, number_in(translation.block, place))
+        least, most = field_bounds(field)
         yield parameter._replace(fixed=fixed, least=least, most=most)
 
 
 def argument_signals(
-    argument: str, record: Record, needed: Needed, integrated: Mapping[str, Size], controlled: Field
+    argument: str, record: Record, needed: Liveness, integrated: Mapping[str, StateSize], controlled: Field
 ) -> Iterator[Signal]:
     """The numbers of an argument; those that an integrator carries on have a start and a nominal value."""
     for place, owner, name in kept_numbers(record, needed):
-        field = declared_in(owner, [controlled]).get(name, Field("", name))
+        field = declarations_by_name(owner, [controlled]).get(name, Field("", name))
         if argument == INTEGRATED:
             start, largest = integrated[place]
-            state = signal(place, place, field, start)
+            state = unit_signal(place, place, field, start)
             yield state._replace(integrated=True, nominal=nominal_size(largest, field.unit))
         else:
             path = "controller.u" if owner.cls is Command else f"{argument}.{place}"
-            yield signal(path, place, field, 0.0)
+            yield unit_signal(path, place, field, 0.0)
 
 
 def nominal_size(largest: float, unit: str) -> float:
@@ -247,13 +249,13 @@ def nominal_size(largest: float, unit: str) -> float:
     return largest if largest > STILL * usual else usual
 
 
-def sizes(loop: Loop, start: Block) -> dict[str, Size]:
+def state_sizes(loop: Loop, start: Block) -> dict[str, StateSize]:
     """The size of each state of a machine, from a run of the scenario."""
     run = quietly(simulate)(loop, record=[path for path, _ in leaves(start)], metrics=())
-    return {path: Size(value, float(np.nanmax(np.abs(run[path])))) for path, value in leaves(start)}
+    return {path: StateSize(value, float(np.nanmax(np.abs(run[path])))) for path, value in leaves(start)}
 
 
-def state_signals(translation: Translation, needed: Needed) -> Iterator[Signal]:
+def state_signals(translation: Translation, needed: Liveness) -> Iterator[Signal]:
     """The numbers of the state, by their paths in the loop."""
     start, part = translation.start, translation.part
     for place, record, name in kept_numbers(translation.init.returns, needed):
@@ -262,17 +264,17 @@ def state_signals(translation: Translation, needed: Needed) -> Iterator[Signal]:
         path = f"controller.{own}" if part is Part.CONTROLLER else own
         field = state_field_at(translation.stepped, start, place, translation.signal)
         field = replace(field, unit=record.units.get(name, field.unit))
-        state = signal(path, place, field, number_in(start, place))
+        state = unit_signal(path, place, field, number_in(start, place))
         if own.startswith(RATES):
             state = state._replace(unit=f"{state.unit or 1}/s", meaning=f"rate of the {state.meaning}")
         yield state._replace(integrated=integrated)
 
 
-def signal(path: str, place: str, field: Field, value: float) -> Signal:
+def unit_signal(path: str, place: str, field: Field, value: float) -> Signal:
     return Signal(path, place_in_c(place), field.unit, field.meaning, float(value))
 
 
-def bounds(field: Field) -> tuple[float, float]:
+def field_bounds(field: Field) -> tuple[float, float]:
     """The smallest and the largest number in a field's range."""
     least = max(one for one in (-math.inf, field.at_least, next_to(field.above, math.inf)) if one is not None)
     most = min(one for one in (math.inf, field.at_most, next_to(field.below, -math.inf)) if one is not None)
@@ -284,7 +286,7 @@ def next_to(bound: float | None, towards: float) -> float | None:
     return None if bound is None else math.nextafter(bound, towards)
 
 
-def kept_numbers(record: Any, needed: Needed, place: str = "") -> Iterator[tuple[str, Record, str]]:
+def kept_numbers(record: Any, needed: Liveness, place: str = "") -> Iterator[tuple[str, Record, str]]:
     """Each number of a record that is kept: its place, and the record and name of its field."""
     for name, kind in record.fields.items():
         if isinstance(kind, Record) and needed.has(record, name):

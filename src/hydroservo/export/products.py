@@ -14,7 +14,7 @@ from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.fmu import PARTS, check_clock, check_tools, checked_ending, write_fmu, write_ssp
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.texts import default_prefix
-from hydroservo.export.unit import FmiVersion, Part, Precision, Unit
+from hydroservo.export.unit import CModule, FmiVersion, Part, Precision
 from hydroservo.runs.arguments import as_list, checked_loop, checked_path
 from hydroservo.runs.fitting import named
 
@@ -31,7 +31,7 @@ class Export(NamedTuple):
         files: those written.
     """
 
-    unit: Unit
+    unit: CModule
     proof: Proof
     files: tuple[Path, ...]
 
@@ -83,14 +83,14 @@ def export_c(
     Fails to prove anything of what these samples do not reach, and where there is no C compiler, as the proof
     says.
     """
-    place, report = checked_path("folder", folder), progress or silent
+    place, report = checked_path("folder", folder), progress or report_nothing
     loop = checked_loop(loop)
-    wanted, digits = chosen(Part, "part", part), chosen(Precision, "precision", precision)
+    wanted, digits = choose(Part, "part", part), choose(Precision, "precision", precision)
     check_project(place)  # before anything is computed; the names of the sources are known after it
     report(0.0, "translating")
-    unit = translated(loop, wanted, name, prefix, digits, inlined)
+    unit = translate_part(loop, wanted, name, prefix, digits, inlined)
     check_project(place, unit.prefix)
-    vectors, proof = proven(loop, unit, 0.2, report)
+    vectors, proof = prove(loop, unit, 0.2, report)
     report(0.9, "writing files")
     files = written_or_kept(place, lambda to: write_c_project(unit, vectors, to, proof))
     return Export(unit, proof, tuple(files))
@@ -135,16 +135,16 @@ def export_fmu(
 
     Fails to run the binaries for other platforms.
     """
-    path, report = checked_ending(checked_path("file", file)), progress or silent
+    path, report = checked_ending(checked_path("file", file)), progress or report_nothing
     loop = checked_loop(loop)
-    wanted, fmi = chosen(Part, "part", part), chosen(FmiVersion, "version", version)
+    wanted, fmi = choose(Part, "part", part), choose(FmiVersion, "version", version)
     check_outputs([path])
     if clocked:
         check_clock(fmi, wanted)
     built_for = check_tools(as_list("platforms", platforms, "names such as x86_64-linux"))
     report(0.0, "translating")
-    unit = translated(loop, wanted, name, prefix)
-    _, proof = proven(loop, unit, 0.2, report)
+    unit = translate_part(loop, wanted, name, prefix)
+    _, proof = prove(loop, unit, 0.2, report)
     report(0.9, "writing the FMU")
     duration = loop.simulation.duration
 
@@ -186,14 +186,14 @@ def export_ssp(
     Source: SSP 1.0, https://ssp-standard.org.
     Fails to say in which order a tool shall ask, as :func:`~hydroservo.export.fmu.write_ssp` has it.
     """
-    path, report = checked_ending(checked_path("file", file), ".ssp"), progress or silent
+    path, report = checked_ending(checked_path("file", file), ".ssp"), progress or report_nothing
     loop = checked_loop(loop)
-    fmi = chosen(FmiVersion, "version", version)
+    fmi = choose(FmiVersion, "version", version)
     check_outputs([path])
     built_for = check_tools(as_list("platforms", platforms, "names such as x86_64-linux"))
     report(0.0, "translating")
-    units = {part: translated(loop, part, name, None) for part in PARTS}
-    proofs = [proven(loop, units[part], 0.2 + 0.2 * i, report)[1] for i, part in enumerate(PARTS)]
+    units = {part: translate_part(loop, part, name, None) for part in PARTS}
+    proofs = [prove(loop, units[part], 0.2 + 0.2 * i, report)[1] for i, part in enumerate(PARTS)]
     report(0.9, "writing the system")
     duration = loop.simulation.duration
 
@@ -204,14 +204,14 @@ def export_ssp(
     return [Export(units[part], proof, files) for part, proof in zip(PARTS, proofs, strict=True)]
 
 
-def translated(
+def translate_part(
     loop: Loop,
     part: Part,
     name: str,
     prefix: str | None,
     precision: Precision = Precision.DOUBLE,
     inlined: bool = False,
-) -> Unit:
+) -> CModule:
     """A part of a loop in C, with a title such as "TSMC of scenario paper/sine-tsmc"."""
     if not isinstance(name, str):
         raise ParameterError("name", name, "must be a string: the name of a scenario")
@@ -227,13 +227,13 @@ def translated(
     )
 
 
-def proven(loop: Loop, unit: Unit, done: float, report: Progress) -> tuple[Vectors, Proof]:
+def prove(loop: Loop, unit: CModule, done: float, report: Progress) -> tuple[Vectors, Proof]:
     """The test vectors of a unit, which its C has passed."""
     report(done, f"making test vectors of the {unit.part}, and replaying them")
     return proven_vectors(loop, unit.part, unit)
 
 
-def chosen(choices: type[Choice], argument: str, value: str) -> Choice:
+def choose(choices: type[Choice], argument: str, value: str) -> Choice:
     """The choice that a word stands for."""
     words = [choice.value for choice in choices]
     if value not in words:
@@ -241,7 +241,7 @@ def chosen(choices: type[Choice], argument: str, value: str) -> Choice:
     return choices(value)
 
 
-def silent(done: float, what: str) -> None:
+def report_nothing(done: float, what: str) -> None:
     """Report nothing."""
 
 

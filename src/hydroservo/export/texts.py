@@ -59,19 +59,19 @@ def default_prefix(scenario: str, part: Part) -> str:
     name = PurePath(scenario).name.removesuffix(".toml")
     word = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
     if part is Part.CONTROLLER:
-        return word if usable(word) else f"law_{word}".rstrip("_")
+        return word if is_usable(word) else f"law_{word}".rstrip("_")
     return f"{part}_{word}".rstrip("_")
 
 
 def checked_prefix(prefix: str) -> str:
     """The prefix, if names in C and files of an export, as C or an FMU, may begin with it."""
-    if not isinstance(prefix, str) or not usable(prefix):
+    if not isinstance(prefix, str) or not is_usable(prefix):
         wanted = "must be letters, digits and underscores, first a letter, and not a name that C or FMI uses"
         raise ParameterError("prefix", prefix, wanted)
     return prefix
 
 
-def usable(prefix: str) -> bool:
+def is_usable(prefix: str) -> bool:
     return is_identifier(prefix) and prefix[0] != "_" and TAKEN.fullmatch(prefix.casefold()) is None
 
 
@@ -80,7 +80,7 @@ def plain_title(title: str) -> str:
     return in_comment(title)
 
 
-def rendered(template: str, context: Mapping[str, Any]) -> str:
+def render(template: str, context: Mapping[str, Any]) -> str:
     """A template, filled; what it puts into XML and HTML is escaped."""
     return environment().get_template(f"{template}.j2").render(context)
 
@@ -101,8 +101,8 @@ def environment() -> "jinja2.Environment":
         "c_comment": in_comment,
         "c_double": c_double,
         "c_string": c_string,
-        "cell": cell,
-        "labelled": labelled,
+        "cell": markdown_cell,
+        "labelled": label_with_unit,
         "number": repr,
         "one_line": one_line,
         "in_rows": lambda numbers: textwrap.fill(", ".join(numbers), 100, break_on_hyphens=False),
@@ -142,11 +142,11 @@ def is_bound(value: float) -> bool:
     return math.isfinite(value) and all(len(repr(value)) <= len(repr(one)) for one in beside)
 
 
-def labelled(signal: Signal) -> str:
+def label_with_unit(signal: Signal) -> str:
     """Such as ``controller.u [V]``."""
     return f"{signal.path} [{signal.unit}]" if signal.unit else signal.path
 
 
-def cell(text: str) -> str:
+def markdown_cell(text: str) -> str:
     """Text as it stands in a cell of a table in Markdown."""
     return re.sub(r"([\\|*<\[])", r"\\\1", one_line(" ".join(text.split())))

@@ -102,7 +102,7 @@ class Argument(NamedTuple):
     signals: tuple[Signal, ...]
 
 
-class Unit(NamedTuple):
+class CModule(NamedTuple):
     """A unit in C: two texts, and a description of every number in their records.
 
     The header declares the records PREFIX_parameters, PREFIX_state and PREFIX_NAME for each argument, each

@@ -171,7 +171,7 @@ def predicted(
     Returns:
         Shape (samples, signals, runs), the signals those of MachineOutputs; nan once a run is lost.
     """
-    from hydroservo.engine.lane_traces import traced
+    from hydroservo.engine.lane_traces import monitor_traces
     from hydroservo.engine.lanes import LANES
 
     samples, period = one.segment.samples, one.segment.period
@@ -187,7 +187,7 @@ def predicted(
             after = None
             if one.observer is not None and late is not None:
                 after = corrector(one.observer, kernel, reads, late[first : first + LANES])
-            return traced(kernel, own, samples, period, after)[:, :, : min(LANES, size - first)]
+            return monitor_traces(kernel, own, samples, period, after)[:, :, : min(LANES, size - first)]
 
         firsts = range(0, size, LANES)
         if len(firsts) == 1:

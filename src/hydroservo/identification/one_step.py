@@ -132,14 +132,14 @@ def observed(problem: Problem, number: int, x: Matrix, weights: Weights, horizon
 
 def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: float) -> Linear:
     """The mean of the machine's slopes over a log, by differences in lanes beside each other."""
-    from hydroservo.engine.lane_traces import traced
+    from hydroservo.engine.lane_traces import monitor_traces
     from hydroservo.engine.lanes import LANES
 
     kernel, started = kernel_for(one, columns_at(problem, x[np.newaxis], number))
     samples, period = one.segment.samples, one.segment.period
     states = [path for path, _ in leaves(kernel.state) if path.startswith(CORRECTED)]
     run = Followed(kernel, states, np.zeros(len(states)))
-    traced(kernel, started, samples, period, run.keep)
+    monitor_traces(kernel, started, samples, period, run.keep)
     own = np.std(run.states, axis=0)
     if not np.isfinite(own).all():
         raise HydroservoError("a run with these parameters diverges; try other ranges")
@@ -148,7 +148,7 @@ def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: f
         raise HydroservoError(f"{len(paths)} states are too many for an observer; simulate instead")
     spreads = np.array([*own[own > 0.0], 1.0])  # of the force, to begin with
     run = Followed(kernel, paths, NUDGE * spreads)
-    shown = traced(kernel, started, samples, period, run.nudge)
+    shown = monitor_traces(kernel, started, samples, period, run.nudge)
     seen = (shown[1:, :, 1 : 1 + len(paths)] - shown[1:, :, :1]).mean(axis=0) / NUDGE
     transition = run.slopes / (samples - 1) / (NUDGE * spreads[:, np.newaxis])
     if not (np.isfinite(seen).all() and np.isfinite(transition).all()):

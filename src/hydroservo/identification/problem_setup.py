@@ -198,7 +198,7 @@ def with_unseen(one: Experiment) -> Experiment:
     A log that begins in motion, or goes on after a gap, begins with some velocity and some opening of its
     valve. States that stay where they are, or a machine that is lost, leave nothing to seek.
     """
-    from hydroservo.engine.lane_traces import traced
+    from hydroservo.engine.lane_traces import monitor_traces
 
     own = dict(leaves(one.loop))
     columns = {path: np.array([own[path]]) for path in one.varied if path in own}
@@ -206,7 +206,7 @@ def with_unseen(one: Experiment) -> Experiment:
     paths = [path for path in one.varied if path.startswith(GIVEN) and path not in one.start]
     rows = rows_of(kernel, [path.removeprefix(GIVEN) for path in paths])
     states: list[NDArray[np.float64]] = []
-    traced(
+    monitor_traces(
         kernel,
         started,
         one.segment.samples,

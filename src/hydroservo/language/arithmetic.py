@@ -5,9 +5,9 @@ import operator
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from hydroservo.language import remainders
+from hydroservo.language import functions
 from hydroservo.language.ranges import LARGEST, LARGEST_REAL
-from hydroservo.language.scope import WAY_OUT, Scope, TranslationError, Value, whole
+from hydroservo.language.scope import WAY_OUT, Scope, TranslationError, Value, runtime_whole
 from hydroservo.language.terms import (
     BOOL,
     INT,
@@ -54,8 +54,8 @@ COMPARISONS: dict[type[ast.cmpop], tuple[str, Callable[[Any, Any], bool]]] = {
     ast.Eq: ("==", operator.eq),
     ast.NotEq: ("!=", operator.ne),
 }
-DIVISIONS: dict[type, Any] = {ast.FloorDiv: remainders.whole_quotient, ast.Mod: remainders.whole_modulo}
-REMAINDERS: dict[type, Any] = {ast.FloorDiv: remainders.floor_quotient, ast.Mod: remainders.modulo}
+DIVISIONS: dict[type, Any] = {ast.FloorDiv: functions.whole_quotient, ast.Mod: functions.whole_modulo}
+REMAINDERS: dict[type, Any] = {ast.FloorDiv: functions.floor_quotient, ast.Mod: functions.modulo}
 
 
 class Arithmetic:
@@ -211,7 +211,7 @@ class Arithmetic:
     def real(self, value: Value, node: ast.AST) -> Expression:
         """A real number at run time, of a truth value 1 or 0."""
         if isinstance(value, Known) and is_number(value):
-            if abs(value.value) > LARGEST_REAL and not exact(value.value):
+            if abs(value.value) > LARGEST_REAL and not is_exact_whole(value.value):
                 raise self.error(f"no float holds {value.value}", node, "write it as a float")
             return Literal(REAL, float(value.value))
         if isinstance(value, Expression) and value.type == REAL:
@@ -231,7 +231,7 @@ class Arithmetic:
             return self.record_of(value, node)
         if isinstance(value, Known):
             try:
-                return whole(value)
+                return runtime_whole(value)
             except TranslationError as error:
                 raise self.error(str(error), node, "write it as a float") from None
         raise self.error("this is not a number, a block or several of them", node)
@@ -279,7 +279,7 @@ def equal(a: Expression, b: Expression) -> bool:
     return False
 
 
-def exact(value: int) -> bool:
+def is_exact_whole(value: int) -> bool:
     """True if a float holds a whole number."""
     try:
         return int(float(value)) == value

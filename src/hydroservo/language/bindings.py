@@ -34,7 +34,7 @@ class Binding:
 
 
 @dataclass
-class Given:
+class BindingSite:
     """A place where a name gets a value."""
 
     name: str
@@ -44,7 +44,7 @@ class Given:
     reads: list[tuple[Block, int]] = field(default_factory=list)
 
 
-class Ends(NamedTuple):
+class LoopEnds(NamedTuple):
     """What reaches the ends of a loop's turns, and of the loop itself, that its statements ask for."""
 
     turns: list[Reaching]
@@ -59,12 +59,12 @@ class Bindings:
     """
 
     def __init__(self, tree: ast.FunctionDef) -> None:
-        self.given: dict[int, Given] = {}  # by the number of the node
+        self.given: dict[int, BindingSite] = {}  # by the number of the node
         self.joined: dict[int, int] = {}
         self.seen: dict[int, frozenset[int]] = {}
         self.orders: dict[int, int] = {}
-        self.loops: list[Ends] = []
-        given = parameters(tree)
+        self.loops: list[LoopEnds] = []
+        given = parameter_names(tree)
         self.bound = {*bound_names(tree), *(argument.arg for argument in given)}
         first: Reaching = {}
         for argument in given:
@@ -149,7 +149,7 @@ class Bindings:
     ) -> Reaching | None:
         """What reaches the end of a loop, the end of whose turns may reach its beginning."""
         while True:
-            self.loops.append(Ends([], []))
+            self.loops.append(LoopEnds([], []))
             last = turn(now)
             ends = self.loops.pop()
             after = merge_all([now, last, *ends.turns])
@@ -159,7 +159,7 @@ class Bindings:
 
     def set_value(self, node: ast.AST, name: str, block: Block, now: Reaching, counter: bool = False) -> None:
         if id(node) not in self.given:
-            self.given[id(node)] = Given(name, block, self.order(node), counter)
+            self.given[id(node)] = BindingSite(name, block, self.order(node), counter)
         now[name] = frozenset({id(node)})
 
     def note_reads(self, node: ast.AST, block: Block, now: Reaching) -> None:
@@ -185,10 +185,10 @@ class Bindings:
 
     def variables_by_root(self) -> dict[int, Binding]:
         """The variables, each by the number of one of its assignments."""
-        parts: dict[int, list[Given]] = {}
+        parts: dict[int, list[BindingSite]] = {}
         for node, one in self.given.items():
             parts.setdefault(self.root(node), []).append(one)
-        return {root: variable(givers) for root, givers in parts.items()}
+        return {root: variable_of(givers) for root, givers in parts.items()}
 
 
 @lru_cache(maxsize=1024)
@@ -197,7 +197,7 @@ def bindings_of(tree: ast.FunctionDef) -> Bindings:
     return Bindings(tree)
 
 
-def variable(givers: Sequence[Given]) -> Binding:
+def variable_of(givers: Sequence[BindingSite]) -> Binding:
     """The variable that some assignments give its values."""
     first = min(givers, key=lambda one: one.order)
     reads = [read for one in givers for read in one.reads]
@@ -222,7 +222,7 @@ def merge_all(ways: Iterable[Reaching | None]) -> Reaching | None:
     return found
 
 
-def parameters(tree: ast.FunctionDef) -> list[ast.arg]:
+def parameter_names(tree: ast.FunctionDef) -> list[ast.arg]:
     """The parameters of a function that takes none with *."""
     return [*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs]
 

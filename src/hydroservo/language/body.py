@@ -4,7 +4,7 @@ import ast
 from collections.abc import Sequence
 from types import FunctionType
 
-from hydroservo.language.bindings import Binding, parameters, stores
+from hydroservo.language.bindings import Binding, parameter_names, stores
 from hydroservo.language.calls import is_op
 from hydroservo.language.expressions import Expressions
 from hydroservo.language.names import identifier, snake
@@ -23,16 +23,16 @@ from hydroservo.language.terms import (
     Expression,
     For,
     Function,
+    HostObject,
     If,
     Known,
     Literal,
-    Load,
-    Python,
+    MemoryLoad,
+    MemoryStore,
     Record,
     Return,
     Several,
     Statement,
-    Store,
     Translator,
     Type,
     Unary,
@@ -62,7 +62,7 @@ class Body:
         tree = self.scope.tree
         if tree.args.vararg or tree.args.kwarg:
             raise self.scope.error("arguments with * are not supported", tree)
-        taken = parameters(tree)
+        taken = parameter_names(tree)
         if len(taken) != len(arguments):
             problem = f"it takes {len(taken)} arguments, and is given {len(arguments)}"
             raise self.scope.error(problem, tree, "take what is given")
@@ -156,11 +156,11 @@ class Body:
     def stores(self, target: ast.Subscript, value: Value, node: ast.AST) -> None:
         """A new number in the engine's memory."""
         place = self.expressions.element(self.expressions.expression(target.value), target.slice, node)
-        if not (isinstance(place, Load) and self.scope.engine):
+        if not (isinstance(place, MemoryLoad) and self.scope.engine):
             raise self.scope.error("blocks, states and arrays are immutable", node, "make a new one")
         arithmetic = self.expressions.arithmetic
         number = arithmetic.real(value, node) if place.type == REAL else arithmetic.integer(value, node)
-        self.scope.block.append(Store(place.memory, place.index, number))
+        self.scope.block.append(MemoryStore(place.memory, place.index, number))
 
     def returns(self, value: ast.expr, node: ast.AST) -> None:
         found = self.expressions.expression(value)
@@ -337,7 +337,7 @@ class Body:
     def is_range(self, call: ast.Call) -> bool:
         """True if what is called is Python's own function of that name."""
         found = self.expressions.expression(call.func)
-        return isinstance(found, Python) and found.thing is range
+        return isinstance(found, HostObject) and found.thing is range
 
 
 def leaves_loop(nodes: Sequence[ast.stmt]) -> bool:

@@ -14,15 +14,15 @@ from hydroservo.language.terms import (
     Array,
     Bound,
     Call,
+    ConstantArray,
     Conversion,
     Expression,
+    HostObject,
     Known,
     Length,
     Literal,
-    Python,
     Record,
     Several,
-    Table,
     Translator,
     Type,
 )
@@ -61,8 +61,8 @@ class Builtins:
             len: self.length,
             max: lambda node, *values: self.extreme(ast.Gt(), values, node),
             min: lambda node, *values: self.extreme(ast.Lt(), values, node),
-            reversed: lambda node, value: several(items(value, node)[::-1], once=True),
-            tuple: lambda node, value: several(items(value, node)),
+            reversed: lambda node, value: as_values(items(value, node)[::-1], once=True),
+            tuple: lambda node, value: as_values(items(value, node)),
             zip: self.zip_values,
         }
 
@@ -125,7 +125,7 @@ class Builtins:
     def length(self, node: ast.AST, value: Value) -> Value:
         if isinstance(value, Expression) and isinstance(value.type, Array):
             return length_of(value, value.type, 0)
-        if isinstance(value, Table):
+        if isinstance(value, ConstantArray):
             return Known(len(value.array))
         if isinstance(value, Several) and value.once:
             raise TypeError
@@ -133,12 +133,12 @@ class Builtins:
 
     def enumerate_values(self, node: ast.AST, value: Value, start: Value | None = None) -> Value:
         pairs = enumerate(self.items(value, node), 0 if start is None else self.known_value(start))
-        return several([several((Known(i), item)) for i, item in pairs], once=True)
+        return as_values([as_values((Known(i), item)) for i, item in pairs], once=True)
 
     def zip_values(self, node: ast.AST, *rows: Value, strict: Value | None = None) -> Value:
         whole = strict is not None and bool(self.known_value(strict))
         pairs = zip(*(self.items(row, node) for row in rows), strict=whole)
-        return several([several(pair) for pair in pairs], once=True)
+        return as_values([as_values(pair) for pair in pairs], once=True)
 
     def known_value(self, value: Value) -> Any:
         """What is part of the code."""
@@ -149,7 +149,7 @@ class Builtins:
     def is_instance(self, node: ast.AST, value: Value, kinds: Value) -> Known:
         """Whether a value is of one of some classes."""
         several_kinds = kinds.items if isinstance(kinds, Several) else (kinds,)
-        classes = tuple(one.thing for one in several_kinds if isinstance(one, Python))
+        classes = tuple(one.thing for one in several_kinds if isinstance(one, HostObject))
         if isinstance(value, Known):
             return Known(isinstance(value.value, classes))
         if isinstance(value, Several):
@@ -160,7 +160,7 @@ class Builtins:
 
     def has(self, node: ast.AST, value: Value, name: Value) -> Known:
         """Whether a block has a field or a method of a name."""
-        if isinstance(value, Expression) and isinstance(value.type, Record) and isinstance(name, Python):
+        if isinstance(value, Expression) and isinstance(value.type, Record) and isinstance(name, HostObject):
             return Known(hasattr(value.type.cls, name.thing))
         raise self.scope.error(f"{ast.unparse(node)} is not supported", node)
 
@@ -178,6 +178,6 @@ def class_of(kind: Type) -> type:
     return NUMBERS.get(kind, object)
 
 
-def several(items: Sequence[Value], once: bool = False) -> Several:
+def as_values(items: Sequence[Value], once: bool = False) -> Several:
     """Values in a row, without names of their own."""
     return Several(tuple(items), tuple(f"value_{i}" for i in range(1, len(items) + 1)), once)

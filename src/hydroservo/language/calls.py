@@ -12,7 +12,7 @@ import numpy as np
 
 from hydroservo.core.ops import basic
 from hydroservo.language.arithmetic import Arithmetic
-from hydroservo.language.memory import array_at
+from hydroservo.language.functions import array_at
 from hydroservo.language.names import snake
 from hydroservo.language.ranges import LARGEST_REAL, PASSED
 from hydroservo.language.scope import Scope, TranslationError, Value
@@ -21,19 +21,19 @@ from hydroservo.language.terms import (
     BOOL,
     REAL,
     Array,
+    ArrayView,
     Bound,
     Call,
     Expression,
+    HostObject,
     Known,
     Literal,
     Make,
     Matrix,
-    Python,
     Record,
     Several,
     Translator,
     Type,
-    View,
     Whole,
 )
 
@@ -81,7 +81,7 @@ class Calls:
         """What a call names, if it is in the language: a bound method, a function or a record's class."""
         if isinstance(target, Bound):
             return target
-        if not isinstance(target, Python):
+        if not isinstance(target, HostObject):
             raise self.scope.error(f"{ast.unparse(node.func)} cannot be called", node)
         thing = equal_of(target.thing)
         if not (is_record(thing) or self.is_open(thing) or (thing is array_at and self.scope.engine)):
@@ -119,13 +119,13 @@ class Calls:
             )
         return self.scope.error(f"{text} is not supported", node)
 
-    def view(self, given: Sequence[Value], node: ast.AST) -> View:
+    def view(self, given: Sequence[Value], node: ast.AST) -> ArrayView:
         """An array by its address and its lengths."""
         address, lengths = given
         assert isinstance(lengths, Several)
         known = tuple(one.value if isinstance(one, Known) else None for one in lengths.items)
         parts = tuple(self.arithmetic.integer(one, node) for one in lengths.items)
-        return View(Array(known), self.arithmetic.integer(address, node), parts)
+        return ArrayView(Array(known), self.arithmetic.integer(address, node), parts)
 
     def where(self, given: Sequence[Value], node: ast.AST) -> Value:
         """``ops.where``."""
@@ -150,7 +150,7 @@ class Calls:
         values = self.bind(function, given, named, node)
         kinds: list[Type] = []
         for i, value in enumerate(values):
-            if isinstance(value, (Python, Bound)):
+            if isinstance(value, (HostObject, Bound)):
                 raise self.scope.error("an argument is a function or a class", node, "call it by its name")
             one = self.arithmetic.record_of(value, node) if isinstance(value, Several) else value
             if isinstance(one, Expression):

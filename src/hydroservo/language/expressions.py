@@ -14,7 +14,7 @@ import numpy as np
 from hydroservo.core.block import is_block
 from hydroservo.language.arithmetic import Arithmetic, is_truth
 from hydroservo.language.bindings import Binding
-from hydroservo.language.builtin import Builtins, length_of, several
+from hydroservo.language.builtin import Builtins, as_values, length_of
 from hydroservo.language.calls import Calls
 from hydroservo.language.scope import Scope, Value, known_value
 from hydroservo.language.source import DoubtError, own_method
@@ -26,21 +26,21 @@ from hydroservo.language.terms import (
     Assign,
     Bound,
     Constant,
+    ConstantArray,
     Element,
     Expression,
+    HostObject,
     If,
     Known,
     Literal,
-    Load,
     Member,
     Memory,
+    MemoryLoad,
     Operation,
-    Python,
     Record,
     Require,
     Several,
     Statement,
-    Table,
     Translator,
     Unary,
     Variable,
@@ -82,13 +82,13 @@ class Expressions:
             case ast.Subscript(value=value, slice=index):
                 return self.element(self.expression(value), index, node)
             case ast.Tuple(elts=elements):
-                return several(self.arguments(elements))
+                return as_values(self.arguments(elements))
         raise self.scope.error(f"{ast.unparse(node)!r} is not supported", node)
 
     def binary(self, op: ast.operator, a: Value, b: Value, node: ast.AST) -> Value:
         """a op b, of tuples one behind the other."""
         if isinstance(a, Several) and isinstance(b, Several) and isinstance(op, ast.Add):
-            return several([*a.items, *b.items])
+            return as_values([*a.items, *b.items])
         return self.arithmetic.binary(op, a, b, node)
 
     def items(self, value: Value, node: ast.AST) -> list[Value]:
@@ -107,7 +107,7 @@ class Expressions:
             return Literal(REAL, value)
         special = value in ("nan", "inf", "-inf")
         if isinstance(value, str) and not special:
-            return Python(value)
+            return HostObject(value)
         way_out = "use math.nan or math.inf" if special else "use numbers"
         raise self.scope.error(f"{value!r} is neither a number nor a truth value", node, way_out)
 
@@ -126,7 +126,7 @@ class Expressions:
         if name in namespace:
             return self.python(namespace[name], name, self.scope.origin.__module__, node)
         if hasattr(builtins, name):
-            return Python(getattr(builtins, name))
+            return HostObject(getattr(builtins, name))
         raise self.scope.error(f"{name} is not defined", node)
 
     def local(self, binding: Binding, node: ast.AST) -> Value:
@@ -141,7 +141,9 @@ class Expressions:
         if type(thing) in (bool, int) or thing is None:
             return Known(thing)
         if type(thing) is tuple:
-            return several([self.python(one, f"{name}_{i}", module, node) for i, one in enumerate(thing, 1)])
+            return as_values(
+                [self.python(one, f"{name}_{i}", module, node) for i, one in enumerate(thing, 1)]
+            )
         if type(thing) is float or isinstance(thing, np.float64):  # whose arithmetic is that of floats
             number = float(thing)
             special = not math.isfinite(number)
@@ -155,7 +157,7 @@ class Expressions:
             ]
             return self.calls.construct(type(thing), parts, {}, node)
         if callable(thing) or isinstance(thing, ModuleType):
-            return Python(thing)
+            return HostObject(thing)
         raise self.scope.error(
             f"{name} is a {type(thing).__name__}, which a law cannot use", node, "use floats and blocks"
         )
@@ -166,14 +168,14 @@ class Expressions:
         return Literal(REAL, value) if type(value) is float else self.python(value, name, module, node)
 
     def attribute(self, base: Value, name: str, node: ast.AST) -> Value:
-        if isinstance(base, Python):
+        if isinstance(base, HostObject):
             if not isinstance(base.thing, ModuleType) or not hasattr(base.thing, name):
                 raise self.scope.error(f"{ast.unparse(node)} is not there", node)
             return self.python(getattr(base.thing, name), name, base.thing.__name__, node)
-        if isinstance(base, Table) and name in ("size", "ndim"):
+        if isinstance(base, ConstantArray) and name in ("size", "ndim"):
             return Known(getattr(base.array, name))
-        if isinstance(base, Table) and name == "shape":
-            return several([Known(length) for length in base.array.shape])
+        if isinstance(base, ConstantArray) and name == "shape":
+            return as_values([Known(length) for length in base.array.shape])
         if isinstance(base, Expression) and isinstance(base.type, Array):
             return self.of_array(base, base.type, name, node)
         if isinstance(base, Expression) and isinstance(base.type, Record):
@@ -186,7 +188,7 @@ class Expressions:
         """What an array says of itself."""
         lengths = [length_of(base, kind, axis) for axis in range(len(kind.lengths))]
         if name == "shape":
-            return several(lengths)
+            return as_values(lengths)
         if name == "ndim":
             return Known(len(lengths))
         if name != "size":
@@ -209,17 +211,17 @@ class Expressions:
 
     def member(self, base: Expression, name: str) -> Value:
         kind = base.type.fields[name]  # type: ignore[union-attr]
-        return known_value(kind) if isinstance(kind, (Known, Table)) else Member(kind, base, name)
+        return known_value(kind) if isinstance(kind, (Known, ConstantArray)) else Member(kind, base, name)
 
     def element(self, owner: Value, index: ast.expr, node: ast.AST) -> Value:
         if isinstance(owner, Several) or (isinstance(owner, Expression) and isinstance(owner.type, Record)):
             return self.entry(owner, index, node)
         if isinstance(owner, Expression) and isinstance(owner.type, Memory):
-            return Load(owner.type.element, owner, self.index(index, node))
+            return MemoryLoad(owner.type.element, owner, self.index(index, node))
         if isinstance(owner, Expression) and isinstance(owner.type, Array):
             lengths = [length_of(owner, owner.type, axis) for axis in range(len(owner.type.lengths))]
-            return Load(REAL, owner, self.flat_index(index, lengths, node))
-        if not isinstance(owner, Table):
+            return MemoryLoad(REAL, owner, self.flat_index(index, lengths, node))
+        if not isinstance(owner, ConstantArray):
             raise self.scope.error("only tuples, vectors and arrays of recorded signals can be indexed", node)
         return Element(
             REAL, owner, self.flat_index(index, [Known(length) for length in owner.array.shape], node)
@@ -287,7 +289,7 @@ class Expressions:
                 for one in (index.lower, index.upper, index.step)
             ]
             if all(isinstance(one, Known) for one in ends) and ends[2] != Known(0):
-                return several(items[slice(*(one.value for one in ends if isinstance(one, Known)))])
+                return as_values(items[slice(*(one.value for one in ends if isinstance(one, Known)))])
         number = self.expression(index) if not isinstance(index, ast.Slice) else Known(None)
         if not (isinstance(number, Known) and isinstance(number.value, int)):
             raise self.scope.error("an entry is found by a known number alone", node)
@@ -392,7 +394,7 @@ class Expressions:
             raise self.scope.error("arguments with ** are not supported", node, "name each of them")
         target = self.expression(node.func)
         named = {str(one.arg): self.expression(one.value) for one in node.keywords}
-        if isinstance(target, Python) and self.is_builtin(target.thing):
+        if isinstance(target, HostObject) and self.is_builtin(target.thing):
             return self.builtins.call(target.thing, self.arguments(node.args), named, node)
         callee = self.calls.callee(target, node)
         given = self.arguments(node.args)

@@ -73,7 +73,7 @@ def is_identifier(name: str) -> bool:
     return name.isascii() and name.isidentifier() and not keyword.iskeyword(name) and not taken_by_c(name)
 
 
-def numbered(name: str, taken: Callable[[str], bool]) -> str:
+def free_name(name: str, taken: Callable[[str], bool]) -> str:
     """A name with the first number behind it under which it is free."""
     found, number = name, 2
     while taken(found):

@@ -13,10 +13,10 @@ import numpy as np
 
 from hydroservo.core.block import is_block
 from hydroservo.language.body import Body
-from hydroservo.language.names import identifier, numbered, snake
-from hydroservo.language.scope import TranslationError, place
+from hydroservo.language.names import free_name, identifier, snake
+from hydroservo.language.scope import TranslationError, source_place
 from hydroservo.language.source import DoubtError, changed_class, own_method
-from hydroservo.language.terms import REAL, Function, Known, Record, Table, Translator, Type
+from hydroservo.language.terms import REAL, ConstantArray, Function, Known, Record, Translator, Type
 
 DEEPEST = 60  # calls of a method by itself, each for another number that is known while translating
 
@@ -36,7 +36,7 @@ class Program:
         self.written = written
         self.functions: dict[Any, Function] = {}
         self.records: dict[Any, Record] = {}
-        self.tables: dict[int, Table] = {}
+        self.tables: dict[int, ConstantArray] = {}
         self.names = {"parameters", "state", "init", "step", "defaults", "fixed"}
         self.called: set[str] = set()
         self.locals: set[str] = set()
@@ -61,7 +61,7 @@ class Program:
             return self.record(type(value), fields, snake(type(value).__name__))
         if isinstance(value, np.ndarray):
             if id(value) not in self.tables:
-                self.tables[id(value)] = Table(self.unique(f"table{name}"), value)
+                self.tables[id(value)] = ConstantArray(self.unique(f"table{name}"), value)
             return self.tables[id(value)]
         if isinstance(value, float):
             return REAL
@@ -77,7 +77,7 @@ class Program:
             else:
                 again = sum(one is origin for one, _ in self.active)
                 if key in self.active or again > DEEPEST:
-                    raise TranslationError(f"{place(origin)}: {origin.__qualname__} calls itself")
+                    raise TranslationError(f"{source_place(origin)}: {origin.__qualname__} calls itself")
                 self.active.append(key)
                 made = Body(self, origin, arguments, owner).translated()
                 self.active.pop()
@@ -98,20 +98,20 @@ class Program:
     def function_name(self, name: str) -> str:
         """A name for a function that no other one has, nor a local, a public name or a type."""
         wish = f"own_{name}" if name.startswith(self.public) else name
-        found = numbered(wish, lambda one: one in self.called or one in self.locals)
+        found = free_name(wish, lambda one: one in self.called or one in self.locals)
         self.called.add(found)
         return found
 
     def local_name(self, name: str, taken: Set[str]) -> str:
         """A name for a local that no function or type has, nor another local of its function."""
         wish = f"own_{name}" if name.startswith((self.public, self.public.upper())) else name
-        found = numbered(wish, lambda one: one in taken or one in self.called)
+        found = free_name(wish, lambda one: one in taken or one in self.called)
         self.locals.add(found)
         return found
 
     def unique(self, name: str) -> str:
         """A name for a record or table that no other one has."""
-        found = numbered(name, self.names.__contains__)
+        found = free_name(name, self.names.__contains__)
         self.names.add(found)
         return found
 
@@ -121,5 +121,5 @@ def check_law(program: Program, law: Any, arguments: Sequence[Type]) -> None:
     state = program.method(law, "init", []).returns
     step = program.method(law, "step", [state, *arguments, REAL])
     if not isinstance(state, Record) or step.returns is not state:
-        where = f"{place(step.origin)}, {step.origin.__qualname__}"
+        where = f"{source_place(step.origin)}, {step.origin.__qualname__}"
         raise TranslationError(f"{where}: it must return the record that init returns, with floats in it")

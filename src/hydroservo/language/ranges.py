@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from hydroservo.language.remainders import whole_modulo, whole_quotient
+from hydroservo.language.functions import whole_modulo, whole_quotient
 from hydroservo.language.terms import (
     INT,
     Assign,
@@ -98,9 +98,9 @@ class Ranges:
             case Length():
                 found = 0, LONGEST
             case Unary(a=a):
-                found = interval_of("-", (0, 0), self.interval(a))
+                found = result_interval("-", (0, 0), self.interval(a))
             case Operation(operator=sign, a=a, b=b):
-                found = interval_of(sign, self.interval(a), self.interval(b))
+                found = result_interval(sign, self.interval(a), self.interval(b))
             case Choice(a=a, b=b):
                 found = hull([self.interval(a), self.interval(b)])
             case Call(function=function, arguments=(a, Whole(value=by))) if function.origin is whole_quotient:
@@ -178,7 +178,7 @@ class Ranges:
             case Variable(name=name) if name in self.values:
                 found = self.growth(self.values[name], group)
             case Variable(name=name) if name in self.counts:
-                found = largest(
+                found = largest_value(
                     [self.growth(end, group) for one in self.counts[name] for end in (one.start, one.stop)]
                 )
             case Variable():
@@ -188,7 +188,7 @@ class Ranges:
             case Operation(operator=sign, a=a, b=b):
                 found = growth_of(sign, self.growth(a, group), self.growth(b, group))
             case Choice(a=a, b=b):
-                found = largest([self.growth(a, group), self.growth(b, group)])
+                found = largest_value([self.growth(a, group), self.growth(b, group)])
             case Call(function=function, arguments=(a, Whole(value=by))) if function.origin is whole_quotient:
                 inner = self.growth(a, group)
                 found = Growth(inner.factor / by, inner.more / by + 1)
@@ -240,7 +240,7 @@ def whole_parts(value: Expression) -> Iterator[Expression]:
             yield value
 
 
-def largest(growths: Sequence[Growth]) -> Growth:
+def largest_value(growths: Sequence[Growth]) -> Growth:
     return Growth(max(one.factor for one in growths), max(one.more for one in growths))
 
 
@@ -253,7 +253,7 @@ def growth_of(sign: str, a: Growth, b: Growth) -> Growth:
     return Growth(a.factor * b.more + b.factor * a.more, a.more * b.more)
 
 
-def interval_of(sign: str, a: Interval, b: Interval) -> Interval:
+def result_interval(sign: str, a: Interval, b: Interval) -> Interval:
     """The interval of a sum, difference or product."""
     if sign == "+":
         return a[0] + b[0], a[1] + b[1]

@@ -17,21 +17,21 @@ from hydroservo.language.terms import (
     Assign,
     Bound,
     Call,
+    ConstantArray,
     Expression,
     Function,
+    HostObject,
     Known,
     Let,
     Member,
-    Python,
     Several,
     Statement,
-    Table,
     Type,
     Variable,
     Whole,
 )
 
-Value = Expression | Known | Table | Python | Bound | Several
+Value = Expression | Known | ConstantArray | HostObject | Bound | Several
 
 WAY_OUT = "methods call only ops, each other and nested blocks"
 
@@ -50,7 +50,7 @@ class TranslationError(LoopError):
         super().__init__(f"{where}: {problem}" if where else problem)
 
 
-def place(function: Any, line: int = 0) -> str:
+def source_place(function: Any, line: int = 0) -> str:
     """The file of a Python function and a line in it."""
     code = function.__code__
     return f"{code.co_filename}, line {line or code.co_firstlineno}"
@@ -95,7 +95,7 @@ class Scope:
         self, origin: FunctionType, name: str, owner: type | None, local_name: Callable[[str, Set[str]], str]
     ) -> None:
         self.origin = origin
-        self.tree = parsed(origin)
+        self.tree = parse_function(origin)
         self.function = Function(name, [], origin=origin, owner=owner)
         self.bindings = bindings_of(self.tree)
         self.local_name = local_name
@@ -129,12 +129,12 @@ class Scope:
         """A parameter; one that the function assigns to gets a local of its own."""
         binding = self.bindings.arguments[name]
         own_name = self.in_c[binding]
-        given = known_value(kind) if isinstance(kind, (Known, Table)) else Variable(kind, own_name)
+        given = known_value(kind) if isinstance(kind, (Known, ConstantArray)) else Variable(kind, own_name)
         if isinstance(given, Variable):
             self.function.parameters.append((given.name, given.type))
         if binding.changing and isinstance(given, Known | Variable) and given != Known(None):
             try:
-                first = whole(given) if isinstance(given, Known) else given
+                first = runtime_whole(given) if isinstance(given, Known) else given
             except TranslationError as error:
                 raise self.error(f"{name}: {error}", self.tree, "use floats") from None
             own = self.declare(self.fresh(f"{own_name}_now"), first.type)
@@ -203,18 +203,18 @@ class Scope:
 
     def error(self, problem: str, node: ast.AST, way_out: str = WAY_OUT) -> TranslationError:
         self.line = getattr(node, "lineno", self.line)
-        where = f"{place(self.origin, self.line)}, {self.origin.__qualname__}"
+        where = f"{source_place(self.origin, self.line)}, {self.origin.__qualname__}"
         return TranslationError(f"{problem}; {way_out}", where)
 
 
-def known_value(kind: Known | Table) -> Value:
+def known_value(kind: Known | ConstantArray) -> Value:
     """What a parameter of a type that is known stands for."""
     if isinstance(kind, Known) and not isinstance(kind.value, int | None):
-        return Python(kind.value)
+        return HostObject(kind.value)
     return kind
 
 
-def whole(value: Known) -> Whole:
+def runtime_whole(value: Known) -> Whole:
     """A whole number or truth value at run time; nothing stays nothing."""
     if value.value is None:
         return Whole(value, 0)
@@ -225,10 +225,10 @@ def whole(value: Known) -> Whole:
     return Whole(INT, value.value)
 
 
-def parsed(origin: FunctionType) -> ast.FunctionDef:
+def parse_function(origin: FunctionType) -> ast.FunctionDef:
     """A function's syntax tree, with the lines of its file."""
     try:
         return definition(origin)
     except DoubtError as doubt:
-        where = f"{place(origin)}, {origin.__qualname__}"
+        where = f"{source_place(origin)}, {origin.__qualname__}"
         raise TranslationError(f"{doubt}; write a plain method of the block", where) from None

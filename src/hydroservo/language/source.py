@@ -73,7 +73,7 @@ def loaded_definition(function: FunctionType, code: CodeType) -> ast.FunctionDef
     for in_cell in (False, True):
         functions = functions_in(file, "".join(linecache.getlines(file, function.__globals__)), in_cell)
         node, loaded = functions.get((code.co_firstlineno, code.co_name), ABSENT)
-        if content(code) in map(content, loaded):
+        if function_content(code) in map(function_content, loaded):
             if isinstance(node, ast.Lambda):
                 raise DoubtError("it is a lambda")
             tree: ast.FunctionDef = node
@@ -95,11 +95,11 @@ def functions_in(file: str, text: str, in_cell: bool) -> dict[Place, tuple[Any, 
     for place, code in chain.from_iterable(map(codes_in, modules)):
         codes.setdefault(place, []).append(code)
     nodes = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.Lambda))
-    placed = ((place_of(node), node) for node in nodes)
+    placed = ((source_line(node), node) for node in nodes)
     return {place: (node, codes[place]) for place, node in placed if place in codes}
 
 
-def place_of(node: ast.FunctionDef | ast.Lambda) -> Place:
+def source_line(node: ast.FunctionDef | ast.Lambda) -> Place:
     if isinstance(node, ast.Lambda):
         return node.lineno, "<lambda>"
     return min([node.lineno, *(one.lineno for one in node.decorator_list)]), node.name
@@ -113,9 +113,11 @@ def codes_in(code: CodeType) -> Iterator[tuple[Place, CodeType]]:
             yield from codes_in(constant)
 
 
-def content(code: CodeType) -> tuple[Any, ...]:
+def function_content(code: CodeType) -> tuple[Any, ...]:
     """Everything that decides what a function does, wherever it stands."""
-    constants = [content(value) if isinstance(value, CodeType) else value for value in code.co_consts]
+    constants = [
+        function_content(value) if isinstance(value, CodeType) else value for value in code.co_consts
+    ]
     arguments = (code.co_argcount, code.co_kwonlyargcount, code.co_varnames, code.co_freevars)
     return code.co_code, repr(constants), code.co_names, arguments
 

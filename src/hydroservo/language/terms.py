@@ -58,7 +58,7 @@ class Known:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class ConstantArray:
     """A recorded signal's array, written into the code: both a value and its own type."""
 
     name: str
@@ -86,12 +86,12 @@ class Array:
     lengths: tuple[int | None, ...]
 
 
-Type = Scalar | Record | Known | Table | Matrix | Memory | Array
+Type = Scalar | Record | Known | ConstantArray | Matrix | Memory | Array
 NOTHING = Known(None)  # what a function returns that returns nothing
 
 
 @dataclass(frozen=True, eq=False)
-class Python:
+class HostObject:
     """Something that is there while translating only: a function, a class, a module."""
 
     thing: Any
@@ -164,12 +164,12 @@ class Member(Expression):
 class Element(Expression):
     """An element of a table."""
 
-    table: Table
+    table: ConstantArray
     index: Any  # an Expression or Known
 
 
 @dataclass(frozen=True, eq=False)
-class Load(Expression):
+class MemoryLoad(Expression):
     """The number at an index of a memory or an array; of an array, counted row by row."""
 
     memory: Expression
@@ -185,7 +185,7 @@ class Length(Expression):
 
 
 @dataclass(frozen=True, eq=False)
-class View(Expression):
+class ArrayView(Expression):
     """The array at an address."""
 
     address: Expression
@@ -272,7 +272,7 @@ class Assign:
 
 
 @dataclass(eq=False)
-class Store:
+class MemoryStore:
     """A new number at an index of a memory."""
 
     memory: Expression
@@ -338,8 +338,16 @@ class For:
     step: Any
     body: list["Statement"]
 
+    def turns(self) -> int | None:
+        """How many turns the loop takes; None where its bounds are known at run time alone."""
+        bounds = self.start, self.stop, self.step
+        if not all(isinstance(bound, Known) for bound in bounds):
+            return None
+        start, stop, step = (bound.value for bound in bounds)
+        return max(0, -int((start - stop) // step))
 
-Statement = Let | Assign | Store | Do | Require | Return | Break | Continue | If | While | For
+
+Statement = Let | Assign | MemoryStore | Do | Require | Return | Break | Continue | If | While | For
 
 
 @dataclass(eq=False)
@@ -381,7 +389,7 @@ def bodies(statement: Statement) -> Iterator[list[Statement]]:
             yield body
 
 
-def parts_of(one: Any) -> Iterator[Expression]:
+def operands(one: Any) -> Iterator[Expression]:
     """The expressions that one is made of."""
     for own in fields(one):
         part = getattr(one, own.name)

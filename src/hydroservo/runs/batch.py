@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydroservo.engine.cuda import CudaGroup
-    from hydroservo.engine.lanes import Group
+    from hydroservo.engine.lanes import LaneGroup
 
 CHUNK = 20_000  # integration steps of a group of lanes between two looks at whether to stop
 CUDA_CHUNK = 2_000  # of a group of threads: a second on a device that is slow with doubles
@@ -54,7 +54,7 @@ class Job(NamedTuple):
     """What all groups of runs share."""
 
     loop: Loop
-    begin: "Callable[[Columns], Group | CudaGroup]"
+    begin: "Callable[[Columns], LaneGroup | CudaGroup]"
     size: int  # runs of a group
     chunk: int
     samples: int
@@ -190,7 +190,7 @@ def with_steps(loop: Loop, worst: Loop, strict: bool) -> tuple[Loop, dict[str, f
 
 def kernel(
     loop: Loop, state: Block, samples: int, varied: tuple[str, ...], strict: bool, cuda: bool
-) -> tuple["Callable[[Columns], Group | CudaGroup]", int]:
+) -> tuple["Callable[[Columns], LaneGroup | CudaGroup]", int]:
     """What begins a group of runs with these parameters, and how many runs it takes."""
     study, wanted = studied(loop, samples), wanted_of(loop, state, ())
     if cuda:
@@ -198,9 +198,9 @@ def kernel(
 
         threads = CudaThreads(study, wanted, state, varied, strict=strict)
         return partial(CudaGroup, threads), threads.most
-    from hydroservo.engine.lanes import LANES, CompiledLanes, Group
+    from hydroservo.engine.lanes import LANES, CompiledLanes, LaneGroup
 
-    return partial(Group, CompiledLanes(study, wanted, state, varied, strict=strict)), LANES
+    return partial(LaneGroup, CompiledLanes(study, wanted, state, varied, strict=strict)), LANES
 
 
 def side_by_side(job: Job, runs: int, threads: int) -> Generator[tuple[int, NDArray[np.float64], list[Loss]]]:
@@ -259,7 +259,7 @@ def divergences(losses: Sequence[Loss]) -> NDArray[np.float64]:
     return rows.T
 
 
-def losses_of(job: Job, runs: "Group | CudaGroup", used: int) -> list[Loss]:
+def losses_of(job: Job, runs: "LaneGroup | CudaGroup", used: int) -> list[Loss]:
     """What each run of a group lost, and when."""
     lost = runs.lost[:used]
     if not lost.any():

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydroservo.core.block import Block
-from hydroservo.engine.watch import reader, spans_of
+from hydroservo.engine.watch import spans_of, state_reader
 from hydroservo.runs.rows import FIRST, Numbers, compiled
 
 MANY = 10_000  # runs: asking the monitors of fewer in plain Python takes no longer than compiling
@@ -43,7 +43,7 @@ def finisher(monitors: Mapping[str, Block], runs: int) -> Finish:
 
 def plain(monitor: Any) -> Finish:
     """What asks a monitor for its metrics, a row for each of the states that it is given."""
-    read = reader(monitor.init())
+    read = state_reader(monitor.init())
 
     def ask(rows: Numbers) -> Numbers:
         return np.array([monitor.values(read(row)) for row in rows.tolist()], dtype=np.float64)

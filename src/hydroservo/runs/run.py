@@ -42,7 +42,7 @@ from hydroservo.work.notebook_bar import shows_progress
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
+    from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Recording, RunSpec
 
 Progress = Callable[[float], None]  # called with the fraction done, from 0 to 1
 
@@ -254,11 +254,11 @@ def run(
 
 def gathered(loop: Loop, states: Block) -> list[Block]:
     """What each monitor of a loop gathered."""
-    from hydroservo.engine.watch import reader, spans_of
+    from hydroservo.engine.watch import spans_of, state_reader
 
     numbers, watching = values(states), monitors_of(loop)
     spans = spans_of(watching)
-    return [reader(monitor.init())(numbers[spans[name]]) for name, monitor in watching.items()]
+    return [state_reader(monitor.init())(numbers[spans[name]]) for name, monitor in watching.items()]
 
 
 def lost(loss: Loss) -> Divergence:
@@ -266,38 +266,40 @@ def lost(loss: Loss) -> Divergence:
     return Divergence(loss is not NOTHING, loss.time)
 
 
-def kernel_of(study: "Study", wanted: "Wanted", state: Block, mode: Mode) -> "CompiledRun | InterpretedRun":
+def kernel_of(
+    spec: "RunSpec", wanted: "Recording", state: Block, mode: Mode
+) -> "CompiledRun | InterpretedRun":
     """The kernel of a study, at its first sample."""
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun
 
     if not mode.compiled:
-        return InterpretedRun(study, wanted, state)
-    return CompiledRun(study, wanted, state, strict=mode.strict)
+        return InterpretedRun(spec, wanted, state)
+    return CompiledRun(spec, wanted, state, strict=mode.strict)
 
 
-def wanted_of(loop: Loop, state: Block, paths: Sequence[str]) -> "Wanted":
+def wanted_of(loop: Loop, state: Block, paths: Sequence[str]) -> "Recording":
     """What a kernel records of a loop, and what it watches."""
-    from hydroservo.engine.kernel import Wanted
-    from hydroservo.engine.watch import place
+    from hydroservo.engine.kernel import Recording
+    from hydroservo.engine.watch import monitor_place
 
     watching = monitors_of(loop)
     signals = signals_of(loop)
 
     def source(path: str) -> str:
         name, _, own = path.partition(".")
-        return f"m.{place(watching, name)}.{own}" if path in signals else f"s.{path}"
+        return f"m.{monitor_place(watching, name)}.{own}" if path in signals else f"s.{path}"
 
-    return Wanted(tuple(map(source, paths)), watched_paths(state), reach_of(state))
+    return Recording(tuple(map(source, paths)), watched_paths(state), reach_of(state))
 
 
-def studied(loop: Loop, samples: int) -> "Study":
+def studied(loop: Loop, samples: int) -> "RunSpec":
     """All that is constant in a run of so many samples."""
-    from hydroservo.engine.kernel import Study
-    from hydroservo.engine.watch import watch_of
+    from hydroservo.engine.kernel import RunSpec
+    from hydroservo.engine.watch import monitor_groups
 
-    simulation, watch = loop.simulation, watch_of(monitors_of(loop))
+    simulation, watch = loop.simulation, monitor_groups(monitors_of(loop))
     system = loop._replace(metrics=Usual())  # which the kernel does not know
-    return Study(system, simulation.integrator, samples - 1, simulation.substeps, watch)
+    return RunSpec(system, simulation.integrator, samples - 1, simulation.substeps, watch)
 
 
 def plan_of(loop: Loop, state: Block, record: Sequence[str]) -> Plan:

@@ -70,7 +70,7 @@ class SteppedRuns:
     def __init__(
         self, loop: Loop, parameters: Mapping[str, ArrayLike], count: int, *, threads: int | None = None
     ) -> None:
-        from hydroservo.engine.kernel import Study, Wanted
+        from hydroservo.engine.kernel import Recording, RunSpec
         from hydroservo.engine.stepping import CompiledSteps, Steps
 
         refuse_fmus(loop, "step it from outside")
@@ -85,9 +85,9 @@ class SteppedRuns:
         self.period = driven.simulation.period
         state = first_state(driven)
         self.samples = plan_of(driven, state, ()).samples - 1
-        study: Study = studied(driven, self.samples + 1)
+        study: RunSpec = studied(driven, self.samples + 1)
         self.places = {path: i for i, path in enumerate(shown(state))}
-        wanted = Wanted(tuple(f"s.{path}" for path in self.places), watched_paths(state), reach_of(state))
+        wanted = Recording(tuple(f"s.{path}" for path in self.places), watched_paths(state), reach_of(state))
         with compilation(driven):
             kernel = CompiledSteps(study, wanted, state, tuple(columns), COMMAND)
         self.steps = Steps(kernel, count)

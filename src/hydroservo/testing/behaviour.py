@@ -10,7 +10,7 @@ from hypothesis.strategies import SearchStrategy
 
 from hydroservo.core.block import Block, is_block, leaves
 from hydroservo.core.roles import Monitor, Sensors
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.engine.native import CompileError
 from hydroservo.machine.sensors.missing import missing_signals
 from hydroservo.testing.case import Case, bits
@@ -129,7 +129,7 @@ def compiled_results(case: Case, block: Block, name: str, inputs: Sequence[Seque
 
 @cache
 def compiled_method(cls: type, name: str) -> Callable[..., Any]:
-    return compiled(vars(cls)[name])
+    return compiled_function(vars(cls)[name])
 
 
 def draw_calls(case: Case, draw: Draw, name: str, *, ordinary: bool) -> Run:

@@ -14,9 +14,9 @@ from hydroservo.core.group import group
 from hydroservo.core.hooks import at_rest, has_chambers, is_valveless, takes_load_pressure
 from hydroservo.core.roles import Controller, Hold, Monitor
 from hydroservo.export.c.project import proof_of
-from hydroservo.export.c.vectors import made_vectors
+from hydroservo.export.c.vectors import make_vectors
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.machine.drives import PumpDrive
 from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.sensors.missing import missing_signals
@@ -135,13 +135,13 @@ def check_translated(case: Case) -> str:
         exported_with(case, loop, Part.CONTROLLER)  # as export does, which refuses what a whole loop may have
     unit = exported_with(case, loop, Part.LOOP)
     try:
-        unproved = proof_of(unit, made_vectors(loop, Part.LOOP, unit)).unproved
+        unproved = proof_of(unit, make_vectors(loop, Part.LOOP, unit)).unproved
     except HydroservoError as error:
         raise case.error(str(error)) from error
     return f"bits not compared: {unproved}" if unproved else ""
 
 
-def exported_with(case: Case, loop: Loop, part: Part) -> Unit:
+def exported_with(case: Case, loop: Loop, part: Part) -> CModule:
     try:
         return exported_unit(loop, part, prefix="block", title=case.cls.__name__)
     except HydroservoError as error:

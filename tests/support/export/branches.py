@@ -11,10 +11,10 @@ import numpy as np
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import Block, leaves, replace
 from hydroservo.core.errors import LoopError
-from hydroservo.export.c.vectors import HUGE, Records, Vectors, made_vectors, replayed, rows_at
+from hydroservo.export.c.vectors import HUGE, Records, Vectors, make_vectors, replay_states, rows_at
 from hydroservo.export.of_loop import TAKES
 from hydroservo.export.parts import block_of, with_its_substeps
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.language.names import place_in_c
 from hydroservo.runs.run import ready
 from tests.support.needs import needs
@@ -49,7 +49,7 @@ class Found(NamedTuple):
         return sorted({branch.line for branch, reached in self.branches.items() if not reached})
 
 
-def searched(loop: Loop, part: Part, unit: Unit, folder: Path) -> Found:
+def searched(loop: Loop, part: Part, unit: CModule, folder: Path) -> Found:
     """The vectors of an export, and after them stretches of samples that reach another branch each.
 
     Each stretch goes on where those kept before it end; one on which Python stops is left out.
@@ -57,7 +57,7 @@ def searched(loop: Loop, part: Part, unit: Unit, folder: Path) -> Found:
     needs("gcc", "gcov")
     counting = program(unit, folder, "gcc", COUNTED)
     block = block_of(with_its_substeps(ready(loop)), part)
-    vectors = made_vectors(loop, part, unit)
+    vectors = make_vectors(loop, part, unit)
     branches = reached(counting, vectors.inputs)
     for stretch in stretches(vectors.inputs):
         if all(branches.values()):
@@ -85,15 +85,15 @@ def reached(counting: Program, rows: Rows) -> dict[Branch, bool]:
     }
 
 
-def states_of(block: Block, part: Part, unit: Unit, rows: Rows) -> list[Block]:
+def states_of(block: Block, part: Part, unit: CModule, rows: Rows) -> list[Block]:
     """A block's state in plain Python after each row; none where Python stops."""
     try:
-        return replayed(block, [records_of(part, unit, row) for row in rows])
+        return replay_states(block, [records_of(part, unit, row) for row in rows])
     except LoopError:
         return []
 
 
-def records_of(part: Part, unit: Unit, row: Rows) -> Records:
+def records_of(part: Part, unit: CModule, row: Rows) -> Records:
     """The arguments of a step that reads this row; what it does not read is 0."""
     numbers = iter(row.tolist())
     records = {name: cls(*[0.0] * len(cls._fields)) for name, cls in TAKES[part]}

@@ -1,6 +1,6 @@
 """Exports written by hand, as the translation writes them."""
 
-from hydroservo.export.unit import Argument, Part, Signal, Unit
+from hydroservo.export.unit import Argument, CModule, Part, Signal
 
 
 def by_hand(
@@ -13,10 +13,10 @@ def by_hand(
     states: tuple[Signal, ...],
     *,
     part: Part,
-) -> Unit:
+) -> CModule:
     """An export in double precision, from the texts of its header and source, and what is in them."""
     header, source = texts
-    return Unit(
+    return CModule(
         part=part,
         prefix=prefix,
         title=title,

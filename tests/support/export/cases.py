@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from hydroservo.export.c.vectors import Vectors, made_vectors
+from hydroservo.export.c.vectors import Vectors, make_vectors
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Precision, Unit
+from hydroservo.export.unit import CModule, Part, Precision
 from hydroservo.scenario import load_scenario
 from tools.targets.boards import BOARDS
 from tools.targets.sources import Rows, width
@@ -54,7 +54,7 @@ each_controller = pytest.mark.parametrize("case", CONTROLLERS, ids=named)
 
 
 @cache
-def unit_of(case: Case) -> Unit:
+def unit_of(case: Case) -> CModule:
     loop = load_scenario(case.scenario)
     return exported_unit(
         loop, case.part, prefix="unit", title=case.scenario, precision=case.precision, inlined=case.inlined
@@ -63,14 +63,14 @@ def unit_of(case: Case) -> Unit:
 
 @cache
 def vectors_of(case: Case) -> Vectors:
-    return made_vectors(load_scenario(case.scenario), case.part, unit_of(case))
+    return make_vectors(load_scenario(case.scenario), case.part, unit_of(case))
 
 
-def rows_of(unit: Unit, count: int = 1000) -> Rows:
+def rows_of(unit: CModule, count: int = 1000) -> Rows:
     """Ordinary numbers, as small as velocities are."""
     return np.random.default_rng(0).normal(0.0, 0.02, (count, width(unit)))
 
 
-def limit_of(unit: Unit) -> float:
+def limit_of(unit: CModule) -> float:
     """The largest command [V]: of all limits that it goes through the least."""
     return min(signal.value for signal in unit.parameters if signal.path.endswith("saturation.limit"))

@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-from hydroservo.export.unit import Operations, Unit
+from hydroservo.export.unit import CModule, Operations
 from tools.targets.compilers import output
 from tools.targets.sources import Rows, width
 
@@ -64,7 +64,7 @@ int main() {{
 """
 
 
-def operations_done(unit: Unit, rows: Rows, folder: Path) -> list[Operations]:
+def operations_done(unit: CModule, rows: Rows, folder: Path) -> list[Operations]:
     """What each step of a controller does, without its calls of functions.
 
     Raises:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 from tools.targets.compilers import output
 from tools.targets.misra import DEVIATIONS
 from tools.targets.sources import write_unit
@@ -21,7 +21,7 @@ class Finding(NamedTuple):
     message: str
 
 
-def findings(unit: Unit, folder: Path) -> list[Finding]:
+def findings(unit: CModule, folder: Path) -> list[Finding]:
     """All that it says of a unit.
 
     Left out are that nothing calls init and step, that it does not read math.h, and what it mistakes.

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from hydroservo.control.loop import Loop
 from hydroservo.export.compilers import this_platform
 from hydroservo.export.fmu import FmiVersion
-from hydroservo.export.fmu.write import place_of
+from hydroservo.export.fmu.write import library_place
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.machine.loads import Step
 from hydroservo.machine.plants import Cylinder
 from hydroservo.testing.examples import example
@@ -23,7 +23,7 @@ from hydroservo.testing.examples import example
 States = NDArray[np.float64]
 
 
-def equations() -> Unit:
+def equations() -> CModule:
     """Those of an axis whose load jumps."""
     loop = example(Loop, plant=example(Cylinder), load=example(Step))
     return exported_unit(loop, Part.EQUATIONS, prefix="axis", title="equations of an axis")
@@ -45,7 +45,7 @@ class Exchange:
             unzipDirectory=str(folder),
             modelIdentifier=identifier,
             instanceName="one",
-            libraryPath=str(folder / place_of(self.version, identifier, this_platform())),
+            libraryPath=str(folder / library_place(self.version, identifier, this_platform())),
         )
         if self.version is FmiVersion.FMI2:
             callbacks = fmi2.fmi2CallbackFunctions()

@@ -13,8 +13,8 @@ from fmpy import fmi2, fmi3
 from hydroservo.control.loop import Loop
 from hydroservo.export.compilers import this_platform
 from hydroservo.export.fmu import FmiVersion, write_fmu
-from hydroservo.export.fmu.write import place_of
-from hydroservo.export.unit import Argument, Part, Signal, Unit
+from hydroservo.export.fmu.write import library_place
+from hydroservo.export.unit import Argument, CModule, Part, Signal
 from tests.support.export.by_hand import by_hand
 
 MACHINE = ("plant.", "valve.", "supply.", "sensors.")
@@ -78,7 +78,7 @@ void mass_step(mass_state *state, const mass_parameters *parameters, const mass_
 """
 
 
-def mass() -> Unit:
+def mass() -> CModule:
     """A machine: states that must stay finite beside a sensor whose reading need not."""
     return by_hand(
         "mass",
@@ -103,7 +103,7 @@ def mass() -> Unit:
     )
 
 
-def unpacked(unit: Unit, version: FmiVersion, folder: Path, *, clocked: bool = False) -> Path:
+def unpacked(unit: CModule, version: FmiVersion, folder: Path, *, clocked: bool = False) -> Path:
     """The folder of an export's FMU, which lies beside it."""
     file = write_fmu(unit, folder / "one.fmu", stop_time=1.0, version=version, clocked=clocked)
     return Path(fmpy.extract(str(file), unzipdir=str(folder / "unpacked")))
@@ -126,7 +126,7 @@ class Instance:
             modelIdentifier=identifier,
             instanceName=name,
             # FMPy looks for one of FMI 2.0 in linux64 and darwin64 on ARM too.
-            libraryPath=str(folder / place_of(self.version, identifier, this_platform())),
+            libraryPath=str(folder / library_place(self.version, identifier, this_platform())),
         )
         if self.version is FmiVersion.FMI2:
             callbacks = fmi2.fmi2CallbackFunctions()

@@ -13,7 +13,7 @@ from typing import Any
 import fmpy
 
 from hydroservo.control.loop import Loop
-from hydroservo.export.compilers import compiled
+from hydroservo.export.compilers import compile_file
 from hydroservo.scenario import load_scenario
 
 DRIVERS = Path(__file__).parent / "drivers"
@@ -45,7 +45,7 @@ def state_space() -> Path:
     absent = [f"int {name}(void) {{ return 3; }}" for name in sorted(every - there)]  # fmi3Error
     (place / "absent.c").write_text("\n".join(absent))
     words = ["-std=c99", "-shared", "-fPIC", f"-I{code}", str(source), str(place / "absent.c")]
-    compiled(place, words, library)
+    compile_file(place, words, library)
     with zipfile.ZipFile(place / "StateSpace.fmu", "w") as archive:
         archive.write(DRIVERS / "state_space.xml", "modelDescription.xml")
         archive.write(place / library, f"binaries/{fmpy.platform_tuple}/{library}")

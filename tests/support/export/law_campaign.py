@@ -23,15 +23,15 @@ import numpy as np
 from hydroservo.core.block import Block, values
 from hydroservo.core.errors import LoopError
 from hydroservo.engine import flat
-from hydroservo.engine.compiling import compiled, shape
-from hydroservo.engine.lanes import LANES, aligned, row
+from hydroservo.engine.compiling import argument_shape, compiled_function
+from hydroservo.engine.lanes import LANES, aligned_rows, lane_index
 from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS, kernel_text
 from hydroservo.engine.machine_code import object_code
 from hydroservo.engine.native import CompileError, Native
 from hydroservo.export.c.vectors import rows_at
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.parts import block_of
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.language.scope import TranslationError
 from hydroservo.runs.run import ready
 from tests.support.export.fuzzed_laws import fuzzed_law
@@ -74,7 +74,7 @@ class Tried(NamedTuple):
     """A law that C and Python can be asked about."""
 
     name: str
-    unit: Unit
+    unit: CModule
     expected: list[str]
 
 
@@ -155,7 +155,7 @@ def contiguous(law: Block) -> Block:
 
 def alone(law: Block) -> str:
     """What strict machine code gives otherwise than Python; empty for nothing."""
-    step = compiled(type(law).step)
+    step = compiled_function(type(law).step)
     for before, (y, r), after in samples(law):
         found = step(law, before, y, r, PERIOD)
         if list(map(bits, values(found))) != list(map(bits, values(after))):
@@ -167,8 +167,12 @@ def in_lanes(law: Block) -> str:
     """The same of strict machine code that steps many laws side by side."""
     start, (y, r), rows = law.init(), ROWS[0], samples(law)
     width = len(values(start))
-    build, load, store = flat.builder(law), flat.loader(start, row(0)), flat.storer(start, row(0))
-    measured, demanded = flat.loader(y, row(width)), flat.loader(r, row(width + len(y)))
+    build, load, store = (
+        flat.builder(law),
+        flat.loader(start, lane_index(0)),
+        flat.storer(start, lane_index(0)),
+    )
+    measured, demanded = flat.loader(y, lane_index(width)), flat.loader(r, lane_index(width + len(y)))
 
     def many(constants, tables, memory):  # type: ignore[no-untyped-def]
         law = build(constants, tables)
@@ -179,11 +183,11 @@ def in_lanes(law: Block) -> str:
 
     many.__module__ = flat.__name__  # whose functions may use memory
     text = kernel_text("many", many, (DOUBLES, INTEGERS, DOUBLES))
-    memory = aligned(width + len(y) + len(r))
+    memory = aligned_rows(width + len(y) + len(r))
     for lane in range(LANES if rows else 0):
         before, (y, r), _ = rows[lane % len(rows)]
         memory[:, lane] = [*values(before), *y, *r]
-    Native(object_code("many", text, strict=True))(flat.numbers(law), flat.arrays(law), memory)
+    Native(object_code("many", text, strict=True))(flat.block_numbers(law), flat.block_arrays(law), memory)
     for lane in range(LANES if rows else 0):
         after = values(rows[lane % len(rows)][2])
         if list(map(bits, memory[:width, lane])) != list(map(bits, after)):
@@ -205,9 +209,9 @@ def samples(law: Block) -> list[tuple[Block, Any, Block]]:
 def refusal(law: Block) -> str:
     """Why machine code refuses a law."""
     try:
-        _, first, _ = compiled(type(law).init).made((shape(law),))
+        _, first, _ = compiled_function(type(law).init).made((argument_shape(law),))
         given = (law, law.init(), *ROWS[0], PERIOD)
-        _, after, _ = compiled(type(law).step).made(tuple(map(shape, given)))
+        _, after, _ = compiled_function(type(law).step).made(tuple(map(argument_shape, given)))
     except CompileError as error:
         return str(error)
     return "it is not" if after == first else "it must return the record that init returns, with floats in it"

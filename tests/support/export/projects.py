@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from hydroservo.control.loop import Loop
-from hydroservo.export.c.vectors import Vectors, made_vectors
+from hydroservo.export.c.vectors import Vectors, make_vectors
 from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.scenario import load_scenario
 from tests.support.needs import needs
 
@@ -20,10 +20,10 @@ def scenario(**changes: object) -> Loop:
     return load_scenario("paper/sine-pi", {"simulation.duration": 0.05} | dotted)
 
 
-def unit(loop: Loop, part: Part = Part.CONTROLLER, **options: Any) -> tuple[Unit, Vectors]:
+def unit(loop: Loop, part: Part = Part.CONTROLLER, **options: Any) -> tuple[CModule, Vectors]:
     """An export and its test vectors."""
     made = exported_unit(loop, part, **{"prefix": "law", "title": TITLE} | options)
-    return made, made_vectors(loop, part, made)
+    return made, make_vectors(loop, part, made)
 
 
 def make(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":

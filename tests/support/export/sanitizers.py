@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import CModule
 from tools.targets.host import Program, program
 
 CHECKS = {
@@ -11,7 +11,7 @@ CHECKS = {
 }
 
 
-def watched(unit: Unit, folder: Path, compiler: str) -> Program:
+def watched(unit: CModule, folder: Path, compiler: str) -> Program:
     """A program that stops at the first operation that C does not define, or access outside an object."""
     checks = [f"-fsanitize={CHECKS[compiler]}", "-fno-sanitize-recover=all"]
     return program(unit, folder, compiler, ["-O1", "-g", *checks])

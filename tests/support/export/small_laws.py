@@ -6,7 +6,7 @@ import numpy as np
 
 from hydroservo import Loop, Simulation
 from hydroservo.core.signals import Demand, Measurement
-from hydroservo.engine.compiling import compiled
+from hydroservo.engine.compiling import compiled_function
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
@@ -144,7 +144,7 @@ def assert_same(loop: Loop, folder: Path, *, inlined: bool = False) -> None:
     numbers |= dict(zip([f"demand.{name}" for name in R._fields], R, strict=True))
     row = [numbers[signal.path] for argument in unit.arguments for signal in argument.signals]
     found = library(unit, folder).run(np.array([row, row]))
-    machine = compiled(type(loop.controller).step)
+    machine = compiled_function(type(loop.controller).step)
     state, expected = loop.controller.init(), []
     for _ in range(2):
         before, state = state, loop.controller.step(state, Y, R, 1e-3)

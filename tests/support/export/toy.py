@@ -1,6 +1,6 @@
 """A PI controller in C, written by hand as an export writes one."""
 
-from hydroservo.export.unit import Argument, Part, Signal, Unit
+from hydroservo.export.unit import Argument, CModule, Part, Signal
 from tests.support.export.by_hand import by_hand
 
 HEADER = """\
@@ -83,7 +83,7 @@ double toy_step(toy_state *state, const toy_parameters *parameters, const toy_me
 """
 
 
-def toy() -> Unit:
+def toy() -> CModule:
     return by_hand(
         "toy",
         "PI of scenario paper/sine-pi",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from tests.support.export.toy import toy
 from tools.targets.sources import width
 
@@ -14,19 +14,19 @@ GIVEN = ", const toy_parameters *parameters"
 NUMBER = re.compile(r"\b(\d+\.\d+|\d+e-\d+)\b")
 
 
-def changed(unit: Unit, old: str, new: str) -> Unit:
+def changed(unit: CModule, old: str, new: str) -> CModule:
     """A unit with another text in its source."""
     assert old in unit.source
     return unit._replace(source=unit.source.replace(old, new))
 
 
-def single() -> Unit:
+def single() -> CModule:
     unit = toy()
     header, source = (text.replace("double", "float") for text in (unit.header, unit.source))
     return unit._replace(real="float", header=header, source=NUMBER.sub(r"\1f", source))
 
 
-def inlined() -> Unit:
+def inlined() -> CModule:
     unit = toy()
     header = re.sub(r"/\* Saturation.*} toy_parameters;\n\n", "", unit.header, flags=re.DOTALL)
     header = header.replace(GIVEN, "").replace("extern const toy_parameters toy_defaults;\n\n", "")
@@ -43,7 +43,7 @@ def inlined() -> Unit:
     return unit._replace(inlined=True, header=header, source=source)
 
 
-def without_arguments() -> Unit:
+def without_arguments() -> CModule:
     """An integrator that drives itself; its step returns nothing."""
     unit = toy()
     arguments = ", const toy_measurement *measurement,\n                const toy_demand *demand"
@@ -55,7 +55,7 @@ def without_arguments() -> Unit:
     return unit._replace(header=header, source=source, arguments=(), part=Part.LOOP)
 
 
-def idling(instructions: int) -> Unit:
+def idling(instructions: int) -> CModule:
     """The toy with a step that does nothing for some instructions first."""
     idle = f'    __asm__ volatile(".rept {instructions}\\n nop\\n .endr");\n'
     return changed(toy(), "    const double error", f"{idle}    const double error")
@@ -65,6 +65,6 @@ UNITS = {"double": toy, "single": single, "inlined": inlined, "without arguments
 each_unit = pytest.mark.parametrize("unit", [make() for make in UNITS.values()], ids=UNITS)
 
 
-def inputs(unit: Unit, rows: int = 200) -> NDArray[np.float64]:
+def inputs(unit: CModule, rows: int = 200) -> NDArray[np.float64]:
     """Rows of numbers as small as velocities are, the same each time."""
     return np.random.default_rng(0).normal(0.0, 0.05, (rows, width(unit)))

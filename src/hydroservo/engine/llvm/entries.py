@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from hydroservo.engine.llvm.instructions import WRITTEN
-from hydroservo.engine.llvm.values import NUMBERS, fields_of
-from hydroservo.engine.llvm.writer import Writer
+from hydroservo.engine.llvm.values import NUMBERS, runtime_fields
+from hydroservo.engine.llvm.writer import LLVMWriter
 from hydroservo.engine.native import CompileError
 from hydroservo.language.names import snake
 from hydroservo.language.program import Program
@@ -19,7 +19,7 @@ PYTHON_TYPES: dict[Type, type] = {kind: cls for cls, kind in TYPES.items()}
 
 def kernel_text(name: str, function: Callable[..., Any], kinds: Sequence[Type]) -> str:
     """The module of a function of numbers and memory that returns a whole number, as ``Native`` calls it."""
-    w, made = Writer(), translated(function, lambda _: kinds)
+    w, made = LLVMWriter(), translated_terms(function, lambda _: kinds)
     found = w.inlined(made, [f"%a{i}" for i in range(len(kinds))])
     whole = found if made.returns == INT else w.emit(f"zext i1 {found} to i64")
     w.line(f"store i64 {whole}, ptr %result, align 8")
@@ -33,12 +33,12 @@ def method_text(name: str, function: Callable[..., Any], shapes: Sequence[Any]) 
 
     Its arguments are in memory: floats in a row of doubles, all else in one of integers.
     """
-    made = translated(function, lambda program: [kind_of(program, shape) for shape in shapes])
+    made = translated_terms(function, lambda program: [argument_type(program, shape) for shape in shapes])
     arguments = Arguments()
     w = arguments.writer
     found = w.inlined(made, [arguments.value(kind) for _, kind in made.parameters])
     numbers: list[tuple[Type, str]] = []
-    shape = gathered(made.returns, found, numbers)
+    shape = gather_numbers(made.returns, found, numbers)
     for i, (kind, number) in enumerate(numbers):
         value = w.emit(f"zext i1 {number} to i64") if kind == BOOL else number
         word = "double" if kind == REAL else "i64"
@@ -46,7 +46,7 @@ def method_text(name: str, function: Callable[..., Any], shapes: Sequence[Any]) 
     return w.text(name, ["ptr %doubles", "ptr %integers", "ptr %results"]), shape
 
 
-def translated(function: Any, kinds: Callable[[Program], Sequence[Type]]) -> Function:
+def translated_terms(function: Any, kinds: Callable[[Program], Sequence[Type]]) -> Function:
     """The terms of a function for arguments of some types.
 
     Raises:
@@ -64,14 +64,14 @@ def translated(function: Any, kinds: Callable[[Program], Sequence[Type]]) -> Fun
         ) from None
 
 
-def kind_of(program: Program, shape: Any) -> Type:
+def argument_type(program: Program, shape: Any) -> Type:
     """The type of an argument of a shape."""
     if isinstance(shape, tuple):
         cls, *parts = shape
         if cls is Array:
             return Array(*parts)
         names = getattr(cls, "_fields", [f"value_{i}" for i in range(1, len(parts) + 1)])
-        kinds = {name: kind_of(program, part) for name, part in zip(names, parts, strict=True)}
+        kinds = {name: argument_type(program, part) for name, part in zip(names, parts, strict=True)}
         return program.record(None if cls is tuple else cls, kinds, snake(cls.__name__))
     if isinstance(shape, Known):
         return shape
@@ -84,13 +84,13 @@ class Arguments:
     """Reads arguments from memory."""
 
     def __init__(self) -> None:
-        self.writer = Writer()
+        self.writer = LLVMWriter()
         self.doubles = self.integers = 0
 
     def value(self, kind: Type) -> Any:
         """What stands for an argument of a type."""
         if isinstance(kind, Record):
-            return [self.value(part) for part in fields_of(kind).values()]
+            return [self.value(part) for part in runtime_fields(kind).values()]
         if isinstance(kind, Array):
             start = self.writer.emit(f"inttoptr i64 {self.integer()} to ptr")
             return [start, *(self.integer() for _ in kind.lengths)]
@@ -108,11 +108,11 @@ class Arguments:
         return self.writer.emit(f"load {word}, ptr {at}, align 8")
 
 
-def gathered(kind: Type, value: Any, numbers: list[tuple[Type, str]]) -> Any:
+def gather_numbers(kind: Type, value: Any, numbers: list[tuple[Type, str]]) -> Any:
     """The shape of a value, whose numbers go into a list."""
     if isinstance(kind, Record):
-        values = dict(zip(fields_of(kind), value, strict=True))
-        parts = [gathered(part, values.get(name), numbers) for name, part in kind.fields.items()]
+        values = dict(zip(runtime_fields(kind), value, strict=True))
+        parts = [gather_numbers(part, values.get(name), numbers) for name, part in kind.fields.items()]
         return (kind.cls or tuple, *parts)
     if isinstance(kind, Known):
         return kind

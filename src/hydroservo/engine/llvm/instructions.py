@@ -6,12 +6,12 @@ from typing import Any
 
 from hydroservo.core.ops import basic, binary
 from hydroservo.engine import state_text
-from hydroservo.engine.llvm.values import Values, literal
-from hydroservo.language import remainders
+from hydroservo.engine.llvm.values import FunctionValues, float_literal
+from hydroservo.language import functions
 from hydroservo.language.terms import INT, REAL, Function, Translator, Type
 
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
-BIASED_ROUNDER = literal(
+BIASED_ROUNDER = float_literal(
     basic.ROUNDER + 2046.0
 )  # leaves a whole number plus twice the bias in the lowest bits
 Written = Callable[..., str]
@@ -20,33 +20,33 @@ Written = Callable[..., str]
 def llvm(name: str) -> Written:
     """A function of LLVM on floats, which is one instruction of most processors."""
 
-    def call(w: Values, *given: str) -> str:
+    def call(w: FunctionValues, *given: str) -> str:
         function = w.declare(f"llvm.{name}.f64", "double", *["double"] * len(given))
         return w.emit(f"call double {function}({', '.join(f'double {one}' for one in given)})")
 
     return call
 
 
-def remainder(w: Values, a: str, b: str) -> str:
+def remainder(w: FunctionValues, a: str, b: str) -> str:
     return w.emit(f"frem double {a}, {b}")
 
 
-def above_root_half(w: Values, bits: str) -> str:
+def above_root_half(w: FunctionValues, bits: str) -> str:
     """The whole number e for which x = 2^e m with m in [sqrt(1/2), sqrt(2))."""
     return w.emit(f"ashr i64 {w.emit(f'sub i64 {bits}, {ROOT_HALF_BITS}')}, 52")
 
 
-def exponent(w: Values, x: str) -> str:
+def exponent(w: FunctionValues, x: str) -> str:
     return w.emit(f"sitofp i64 {above_root_half(w, bits_of(w, x))} to double")
 
 
-def mantissa(w: Values, x: str) -> str:
+def mantissa(w: FunctionValues, x: str) -> str:
     bits = bits_of(w, x)
     shifted = w.emit(f"shl i64 {above_root_half(w, bits)}, 52")
     return from_bits(w, w.emit(f"sub i64 {bits}, {shifted}"))
 
 
-def scaled(w: Values, x: str, n: str) -> str:
+def scaled(w: FunctionValues, x: str, n: str) -> str:
     """In two steps of half the exponent each, of which the last alone can round."""
     biased = bits_of(w, w.emit(f"fadd double {n}, {BIASED_ROUNDER}"))
     half = w.emit(f"ashr i64 {biased}, 1")
@@ -55,31 +55,31 @@ def scaled(w: Values, x: str, n: str) -> str:
     return x
 
 
-def bits_of(w: Values, x: str) -> str:
+def bits_of(w: FunctionValues, x: str) -> str:
     """The bits of a float as an integer."""
     return w.emit(f"bitcast double {x} to i64")
 
 
-def from_bits(w: Values, n: str) -> str:
+def from_bits(w: FunctionValues, n: str) -> str:
     """The float that has these bits."""
     return w.emit(f"bitcast i64 {n} to double")
 
 
-def quotient(w: Values, a: str, b: str) -> str:
+def quotient(w: FunctionValues, a: str, b: str) -> str:
     """floor(a/b) of whole numbers; 0 where b is 0."""
     zero, _, ratio, _, below = division(w, a, b)
     less = w.emit(f"sext i1 {below} to i64")
     return w.emit(f"select i1 {zero}, i64 0, i64 {w.emit(f'add i64 {ratio}, {less}')}")
 
 
-def modulo(w: Values, a: str, b: str) -> str:
+def modulo(w: FunctionValues, a: str, b: str) -> str:
     """a - b floor(a/b) of whole numbers; 0 where b is 0."""
     zero, divisor, _, rest, below = division(w, a, b)
     more = w.emit(f"select i1 {below}, i64 {divisor}, i64 0")
     return w.emit(f"select i1 {zero}, i64 0, i64 {w.emit(f'add i64 {rest}, {more}')}")
 
 
-def division(w: Values, a: str, b: str) -> tuple[str, str, str, str, str]:
+def division(w: FunctionValues, a: str, b: str) -> tuple[str, str, str, str, str]:
     """Whether b is 0, b or 1 then, quotient and rest towards 0, and whether the floor is below."""
     zero = w.emit(f"icmp eq i64 {b}, 0")
     divisor = w.emit(f"select i1 {zero}, i64 1, i64 {b}")
@@ -98,8 +98,8 @@ INSTRUCTIONS: dict[Any, tuple[Any, ...]] = {  # and of how many numbers, floats 
     binary.mantissa: (mantissa, 1),
     binary.scaled: (scaled, 2),
     math.fmod: (remainder, 2),
-    remainders.whole_modulo: (modulo, 2, INT),
-    remainders.whole_quotient: (quotient, 2, INT),
+    functions.whole_modulo: (modulo, 2, INT),
+    functions.whole_quotient: (quotient, 2, INT),
 }
 
 

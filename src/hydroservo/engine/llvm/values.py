@@ -9,9 +9,11 @@ from hydroservo.language.terms import (
     INT,
     REAL,
     Array,
+    ArrayView,
     Call,
     Choice,
     Constant,
+    ConstantArray,
     Conversion,
     Element,
     Expression,
@@ -19,17 +21,15 @@ from hydroservo.language.terms import (
     Known,
     Length,
     Literal,
-    Load,
     Make,
     Member,
     Memory,
+    MemoryLoad,
     Operation,
     Record,
-    Table,
     Type,
     Unary,
     Variable,
-    View,
     Whole,
 )
 
@@ -39,7 +39,7 @@ WHOLES = {"+": "add", "-": "sub", "*": "mul", "&": "and", "|": "or", "^": "xor",
 COMPARED = {"<": "lt", "<=": "le", ">": "gt", ">=": "ge", "==": "eq", "!=": "ne"}
 
 
-class Values:
+class FunctionValues:
     """The blocks of one LLVM function, and the values in them.
 
     The value of a number is its name; that of a record or an array a list, of its fields' values or its
@@ -62,7 +62,7 @@ class Values:
         self.names: dict[str, Any] = {}
         self.changing: dict[str, Any] = {}
         self.declared: dict[str, str] = {}
-        self.tables: dict[Table, str] = {}
+        self.tables: dict[ConstantArray, str] = {}
         self.few: list[bool] = []
 
     # blocks and lines
@@ -83,7 +83,7 @@ class Values:
     def slot(self, kind: Type) -> Any:
         """Memory of the stack for a value; of a record, for each of its numbers."""
         if isinstance(kind, Record):
-            return [self.slot(part) for part in fields_of(kind).values()]
+            return [self.slot(part) for part in runtime_fields(kind).values()]
         if kind not in NUMBERS:
             return None
         found = self.fresh()
@@ -93,7 +93,7 @@ class Values:
     def put(self, slot: Any, kind: Type, value: Any) -> None:
         """A new value for what stands in memory of the stack."""
         if isinstance(kind, Record):
-            for part in zip(slot, fields_of(kind).values(), value, strict=True):
+            for part in zip(slot, runtime_fields(kind).values(), value, strict=True):
                 self.put(*part)
         elif kind in NUMBERS:
             self.line(f"store {NUMBERS[kind]} {value}, ptr {slot}")
@@ -101,7 +101,7 @@ class Values:
     def loaded(self, slot: Any, kind: Type) -> Any:
         """The value that stands in memory of the stack."""
         if isinstance(kind, Record):
-            return [self.loaded(*part) for part in zip(slot, fields_of(kind).values(), strict=True)]
+            return [self.loaded(*part) for part in zip(slot, runtime_fields(kind).values(), strict=True)]
         return self.emit(f"load {NUMBERS[kind]}, ptr {slot}") if kind in NUMBERS else ""
 
     def labels(self, *names: str) -> list[str]:
@@ -160,7 +160,7 @@ class Values:
             return self.loaded(place, value.type)
         match value:
             case Literal(value=number) | Constant(value=number):
-                return literal(number)
+                return float_literal(number)
             case Whole(value=whole):
                 return str(int(whole)) if value.type != BOOL else str(bool(whole)).lower()
             case Variable(name=name):
@@ -168,7 +168,7 @@ class Values:
             case Member(base=base):
                 return self.value(base)[index_of(value)]
             case Make(values=values):
-                return [self.value(values[name]) for name in fields_of(value.type)]  # type: ignore[arg-type]
+                return [self.value(values[name]) for name in runtime_fields(value.type)]  # type: ignore[arg-type]
             case Unary(operator=sign, a=a):
                 return self.unary(sign, a)
             case Operation(operator=sign, a=a, b=b):
@@ -189,11 +189,11 @@ class Values:
                 name = self.tables.setdefault(table, f"@t{len(self.tables)}")
                 at = f"getelementptr double, ptr {name}, i64 {self.index(index)}"
                 return self.emit(f"load double, ptr {self.emit(at)}, align 8")
-            case Load(memory=memory, index=index):
+            case MemoryLoad(memory=memory, index=index):
                 return self.emit(f"load {NUMBERS[value.type]}, ptr {self.address(memory, index)}, align 8")
             case Length(array=array, axis=axis):
                 return self.value(array)[axis + 1]
-            case View(address=address, lengths=lengths):
+            case ArrayView(address=address, lengths=lengths):
                 return [self.emit(f"inttoptr i64 {self.value(address)} to ptr"), *map(self.value, lengths)]
         raise AssertionError(value)
 
@@ -259,7 +259,7 @@ class Values:
         """One of two values without a branch, number by number."""
         if not isinstance(kind, Record):
             return self.emit(f"select i1 {condition}, {NUMBERS[kind]} {a}, {NUMBERS[kind]} {b}")
-        parts = zip(fields_of(kind).values(), a, b, strict=True)
+        parts = zip(runtime_fields(kind).values(), a, b, strict=True)
         return [self.selected(condition, *part) for part in parts]
 
     def call(self, function: Function, arguments: Sequence[Expression]) -> Any:
@@ -276,7 +276,7 @@ class Values:
 def index_of(member: Member) -> int:
     """Where a field stands among those of its record."""
     assert isinstance(member.base.type, Record)
-    return list(fields_of(member.base.type)).index(member.name)
+    return list(runtime_fields(member.base.type)).index(member.name)
 
 
 def is_there(value: Expression) -> bool:
@@ -286,11 +286,11 @@ def is_there(value: Expression) -> bool:
     return isinstance(value, Variable | Literal | Constant | Whole)
 
 
-def fields_of(record: Record) -> dict[str, Type]:
+def runtime_fields(record: Record) -> dict[str, Type]:
     """The fields of a record that it has at run time."""
-    return {name: kind for name, kind in record.fields.items() if not isinstance(kind, Known | Table)}
+    return {name: kind for name, kind in record.fields.items() if not isinstance(kind, Known | ConstantArray)}
 
 
-def literal(number: float) -> str:
+def float_literal(number: float) -> str:
     """A float to its last bit."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', number))[0]:016X}"

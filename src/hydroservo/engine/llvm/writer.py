@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.engine.llvm.values import NUMBERS, Values, literal
+from hydroservo.engine.llvm.values import NUMBERS, FunctionValues, float_literal
 from hydroservo.language.terms import (
     INT,
     Assign,
@@ -22,10 +22,10 @@ from hydroservo.language.terms import (
     If,
     Known,
     Let,
+    MemoryStore,
     Require,
     Return,
     Statement,
-    Store,
     While,
     bodies,
 )
@@ -33,7 +33,7 @@ from hydroservo.language.terms import (
 FEW = 16  # turns of a loop that is unrolled, for loops over lanes hold no others
 
 
-class Writer(Values):
+class LLVMWriter(FunctionValues):
     """The statements of a function and of those that it calls."""
 
     def __init__(self) -> None:
@@ -44,7 +44,7 @@ class Writer(Values):
 
     def text(self, name: str, arguments: Sequence[str]) -> str:
         """The module of a function that returns 0, or 1 where something raises."""
-        tables = [constant(name, table.array) for table, name in self.tables.items()]
+        tables = [array_constant(name, table.array) for table, name in self.tables.items()]
         unrolled = len(self.few) + 1
         nodes = [f"!{i} = distinct !{{!{i}, !{unrolled if few else 0}}}" for i, few in enumerate(self.few, 1)]
         nodes.append(f'!{unrolled} = !{{!"llvm.loop.unroll.full"}}')
@@ -87,7 +87,7 @@ class Writer(Values):
                 self.names[name] = self.value(value)
             case Assign(name=name, value=value):
                 self.put(self.changing[name], value.type, self.value(value))
-            case Store(memory=memory, index=index, value=value):
+            case MemoryStore(memory=memory, index=index, value=value):
                 given = self.value(value)
                 self.line(f"store {NUMBERS[value.type]} {given}, ptr {self.address(memory, index)}, align 8")
             case Do(call=call):
@@ -175,8 +175,8 @@ class Writer(Values):
 
 def few_turns(loop: For) -> bool:
     """Whether a loop is known to be short."""
-    bounds = (loop.start, loop.stop, loop.step)
-    return all(isinstance(one, Known) for one in bounds) and len(range(*(one.value for one in bounds))) <= FEW
+    turns = loop.turns()
+    return turns is not None and turns <= FEW
 
 
 def returns_in(body: Sequence[Statement]) -> list[Return]:
@@ -185,7 +185,7 @@ def returns_in(body: Sequence[Statement]) -> list[Return]:
     return sum((returns_in(inner) for one in body for inner in bodies(one)), found)
 
 
-def constant(name: str, array: NDArray[np.float64]) -> str:
+def array_constant(name: str, array: NDArray[np.float64]) -> str:
     """The text of an array that is part of the code."""
-    numbers = ", ".join(f"double {literal(x)}" for x in array.ravel().tolist())
+    numbers = ", ".join(f"double {float_literal(x)}" for x in array.ravel().tolist())
     return f"{name} = private unnamed_addr constant [{array.size} x double] [{numbers}]"

@@ -1,10 +1,11 @@
 """Counts the arithmetic of translated functions, in the terms that are written as C."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import reduce
 
 from hydroservo.engine.state_text import record_of
 from hydroservo.export import parts
-from hydroservo.export.c.liveness import Needed, matters
+from hydroservo.export.c.liveness import Liveness, matters
 from hydroservo.export.c.primitives import numbers
 from hydroservo.export.unit import Operations
 from hydroservo.language.terms import (
@@ -16,7 +17,6 @@ from hydroservo.language.terms import (
     For,
     Function,
     If,
-    Known,
     Let,
     Make,
     Operation,
@@ -24,7 +24,7 @@ from hydroservo.language.terms import (
     Return,
     Statement,
     While,
-    parts_of,
+    operands,
 )
 
 NONE = Operations()
@@ -56,7 +56,7 @@ class UncountedError(Exception):
     """There is no most: a loop goes on as long as its numbers ask, or a text in C is not known here."""
 
 
-def counted(function: Function, needed: Needed) -> Operations | None:
+def operation_count(function: Function, needed: Liveness) -> Operations | None:
     """What a call of a function takes at most; None where there is no most."""
     try:
         return Count(needed).function(function)
@@ -70,7 +70,7 @@ class Count:
     Every method raises :class:`UncountedError` where there is no most.
     """
 
-    def __init__(self, needed: Needed) -> None:
+    def __init__(self, needed: Liveness) -> None:
         self.needed = needed
         self.found: dict[Function, Operations] = {}
 
@@ -103,7 +103,7 @@ class Count:
 
     def body(self, statements: Sequence[Statement], names: set[str]) -> Operations:
         """Statements that are written, which give values to these names."""
-        return total(self.statement(one, names) for one in statements if matters(one, names))
+        return total_operations(self.statement(one, names) for one in statements if matters(one, names))
 
     def statement(self, one: Statement, names: set[str]) -> Operations:
         match one:
@@ -111,9 +111,9 @@ class Count:
                 return self.value(value)
             case If(condition=condition, body=body, otherwise=otherwise):
                 ways = [self.body(way, names) for way in (body, otherwise)]
-                return self.value(condition).plus(dearer(*ways))
-            case For(start=Known(value=start), stop=Known(value=stop), step=Known(value=step), body=body):
-                return self.body(body, names).times(len(range(start, stop, step)))
+                return self.value(condition).plus(dearer_way(*ways))
+            case For(body=body) if (turns := one.turns()) is not None:
+                return self.body(body, names).times(turns)
             case For() | While():
                 raise UncountedError
         return NONE
@@ -123,8 +123,8 @@ class Count:
         if not self.needed.kept(value.type):
             return NONE
         if isinstance(value, Choice):
-            return self.value(value.condition).plus(dearer(self.value(value.a), self.value(value.b)))
-        return total([self.last(value), *map(self.value, self.before(value))])
+            return self.value(value.condition).plus(dearer_way(self.value(value.a), self.value(value.b)))
+        return total_operations([self.last(value), *map(self.value, self.before(value))])
 
     def last(self, value: Expression) -> Operations:
         """What it takes where all that it is made of is there."""
@@ -144,16 +144,13 @@ class Count:
                 return [one for (name, _), one in pairs if name in taken]
             case Make(type=Record() as record, values=values):
                 return [one for name, one in values.items() if self.needed.has(record, name)]
-        return list(parts_of(value))
+        return list(operands(value))
 
 
-def total(counts: Iterable[Operations]) -> Operations:
-    found = NONE
-    for one in counts:
-        found = found.plus(one)
-    return found
+def total_operations(counts: Iterable[Operations]) -> Operations:
+    return reduce(Operations.plus, counts, NONE)
 
 
-def dearer(a: Operations, b: Operations) -> Operations:
+def dearer_way(a: Operations, b: Operations) -> Operations:
     """Of two ways the one that takes more."""
     return a if a.total >= b.total else b

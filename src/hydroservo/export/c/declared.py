@@ -10,7 +10,7 @@ from hydroservo.language.terms import Record, Type
 Signals = Iterator[tuple[Record, Field | None]]  # what the numbers of a record are of at one of its places
 
 
-def declared_in(record: Record, signals: Sequence[Field | None]) -> Mapping[str, Field]:
+def declarations_by_name(record: Record, signals: Sequence[Field | None]) -> Mapping[str, Field]:
     """The declarations of a record's numbers by name."""
     if record.cls is None:
         return {}

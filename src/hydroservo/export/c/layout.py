@@ -14,7 +14,7 @@ VALUE = re.compile(r"(?<= =) ")
 NOTED = re.compile(r"(.*[;,]) (/\* .* \*/)")  # with a comment behind it
 
 
-def laid_out(text: str) -> str:
+def lay_out(text: str) -> str:
     """A text of C, each line of which is a statement as far as its end or the brace that it opens."""
     depth, lines = 0, []
     for line in text.split("\n"):
@@ -23,12 +23,12 @@ def laid_out(text: str) -> str:
             continue
         statement = line.strip()
         depth -= statement.startswith("}")
-        lines += parted(statement, INDENT * depth)
+        lines += split_statement(statement, INDENT * depth)
         depth += statement.endswith("{")
-    return "\n".join(aligned(lines))
+    return "\n".join(align_comments(lines))
 
 
-def parted(text: str, indent: str) -> list[str]:
+def split_statement(text: str, indent: str) -> list[str]:
     """A statement, or a part of one, in as many lines as it takes.
 
     It is parted behind its =, before its outer operators or, where it has none, in its last brackets.
@@ -43,18 +43,21 @@ def parted(text: str, indent: str) -> list[str]:
     if value and operands and len(indent) + len(first) > WIDTH:
         first, operands = name, outer_parts(value[0], OPERATOR)
     if operands:
-        return [*parted(first, indent), *(line for one in operands for line in parted(one, deeper))]
+        return [
+            *split_statement(first, indent),
+            *(line for one in operands for line in split_statement(one, deeper)),
+        ]
     before, inside, after = brackets(text)
-    return [indent + before, *listed(inside, deeper), indent + after] if inside else [indent + text]
+    return [indent + before, *lay_out_brackets(inside, deeper), indent + after] if inside else [indent + text]
 
 
-def listed(inside: str, indent: str) -> list[str]:
+def lay_out_brackets(inside: str, indent: str) -> list[str]:
     """What stands in brackets: in one line, or parted behind each comma, or before each operator."""
     if len(indent) + len(inside) <= WIDTH:
         return [indent + inside]
     parts = outer_parts(inside, COMMA)
     parts = parts if len(parts) > 1 else outer_parts(inside, OPERATOR)
-    return [line for one in parts for line in parted(one, indent)]
+    return [line for one in parts for line in split_statement(one, indent)]
 
 
 def outer_parts(text: str, between: re.Pattern[str]) -> list[str]:
@@ -77,7 +80,7 @@ def depths(text: str) -> list[int]:
     return list(accumulate((sign in "([{") - (sign in ")]}") for sign in text))
 
 
-def aligned(lines: Sequence[str]) -> Iterator[str]:
+def align_comments(lines: Sequence[str]) -> Iterator[str]:
     """Lines whose comments begin in one column where lines that follow each other have one behind them."""
     for noted, group in groupby(lines, lambda line: NOTED.fullmatch(line) is not None):
         pairs = [line.rpartition(" /* ") if noted else (line, "", "") for line in group]

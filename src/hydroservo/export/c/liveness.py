@@ -11,6 +11,7 @@ from hydroservo.language.terms import (
     Break,
     Call,
     Choice,
+    ConstantArray,
     Continue,
     Conversion,
     Element,
@@ -25,7 +26,6 @@ from hydroservo.language.terms import (
     Record,
     Return,
     Statement,
-    Table,
     Type,
     Unary,
     Variable,
@@ -33,7 +33,7 @@ from hydroservo.language.terms import (
 )
 
 
-class Needed:
+class Liveness:
     """The least set of functions, arguments, locals and fields that some functions need.
 
     Args:
@@ -55,7 +55,7 @@ class Needed:
         self.arguments: set[tuple[Function, str]] = set()
         self.locals: dict[Function, set[str]] = {}
         self.reached: dict[Function, None] = {}
-        self.tables: set[Table] = set()
+        self.tables: set[ConstantArray] = set()
         for record in whole:
             self.keep(record)
         size = -1

@@ -8,10 +8,10 @@ from typing import NamedTuple
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import HydroservoError, LoopError
 from hydroservo.core.outputs import check_outputs, staged, temporary_folder, write_text
-from hydroservo.export.c.vectors import Vectors, made_vectors
-from hydroservo.export.compilers import CompilerError, compiled, compiler, ran
-from hydroservo.export.texts import rendered
-from hydroservo.export.unit import Part, Signal, Unit
+from hydroservo.export.c.vectors import Vectors, make_vectors
+from hydroservo.export.compilers import CompilerError, compile_file, compiler, run_command
+from hydroservo.export.texts import render
+from hydroservo.export.unit import CModule, Part, Signal
 
 TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 OURS = "Written by hydroservo"
@@ -37,22 +37,22 @@ class Proof(NamedTuple):
     deviation: str = ""
 
 
-class Memory(NamedTuple):
+class MemorySize(NamedTuple):
     """What an instance of an export takes of a target's memory."""
 
     state_bytes: int
     parameter_bytes: int
 
 
-def memory(unit: Unit) -> Memory:
+def memory_size(unit: CModule) -> MemorySize:
     """The sizes of the state and of the parameters, all of whose numbers are of one type."""
     size = SIZES[unit.real]
     parameters = 0 if unit.inlined else size * len(unit.parameters)
-    return Memory(size * len(unit.states), parameters)
+    return MemorySize(size * len(unit.states), parameters)
 
 
 def write_c_project(
-    unit: Unit, vectors: Vectors, folder: Path | str, proof: Proof | None = None
+    unit: CModule, vectors: Vectors, folder: Path | str, proof: Proof | None = None
 ) -> list[Path]:
     """Write an export in C to a folder, and leave other files in it alone.
 
@@ -103,21 +103,21 @@ def check_ours(path: Path) -> None:
     raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; choose another folder")
 
 
-def c_project(unit: Unit, vectors: Vectors, proof: Proof | None = None) -> dict[str, str]:
+def c_project(unit: CModule, vectors: Vectors, proof: Proof | None = None) -> dict[str, str]:
     """The texts of :func:`write_c_project` by file name."""
     p = unit.prefix
     known = {**names_in_c(unit), **numbers_in_c(unit, vectors), "x": unit, "proof": proof}
     return {
         f"{p}.h": unit.header,
         f"{p}.c": unit.source,
-        f"{p}_vectors.h": rendered("vectors.h", known),
-        f"{p}_replay.c": rendered("replay.c", known),
-        "Makefile": rendered("Makefile", known),
-        "README.md": rendered("README.md", known),
+        f"{p}_vectors.h": render("vectors.h", known),
+        f"{p}_replay.c": render("replay.c", known),
+        "Makefile": render("Makefile", known),
+        "README.md": render("README.md", known),
     }
 
 
-def names_in_c(unit: Unit) -> dict[str, object]:
+def names_in_c(unit: CModule) -> dict[str, object]:
     """How the functions are called, and what the files are made of."""
     p = unit.prefix
     parameters = () if unit.inlined else (f"&{p}_defaults",)
@@ -128,16 +128,16 @@ def names_in_c(unit: Unit) -> dict[str, object]:
         "init": ", ".join(("&state", *parameters)),
         "step": ", ".join(("&state", *parameters, *arguments)),
         "unit": next((signal.unit for signal in unit.states if signal.place == "u"), ""),
-        "reads_command": any(signal.path == "measurement.command" for signal in signals(unit)),
-        "memory": memory(unit),
+        "reads_command": any(signal.path == "measurement.command" for signal in step_inputs(unit)),
+        "memory": memory_size(unit),
         "tolerance": TOLERANCE,
     }
 
 
-def numbers_in_c(unit: Unit, vectors: Vectors) -> dict[str, object]:
+def numbers_in_c(unit: CModule, vectors: Vectors) -> dict[str, object]:
     """The test vectors, and the places where they go."""
     return {
-        "read": signals(unit),
+        "read": step_inputs(unit),
         "places": [f"{one.name}.{signal.place}" for one in unit.arguments for signal in one.signals],
         "inputs": vectors.inputs.tolist(),
         "start": [signal.value for signal in unit.states],
@@ -147,12 +147,12 @@ def numbers_in_c(unit: Unit, vectors: Vectors) -> dict[str, object]:
     }
 
 
-def signals(unit: Unit) -> list[Signal]:
+def step_inputs(unit: CModule) -> list[Signal]:
     """What ``step`` reads of its arguments, in their order."""
     return [signal for argument in unit.arguments for signal in argument.signals]
 
 
-def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
+def proven_vectors(loop: Loop, part: Part, unit: CModule) -> tuple[Vectors, Proof]:
     """Test vectors of an export, as of ``made_vectors``, that its C has passed here.
 
     Args:
@@ -167,11 +167,11 @@ def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
     Fails to prove anything of what these samples do not reach, and where there is no C compiler, as the proof
     then says.
     """
-    vectors = made_vectors(loop, part, unit)
+    vectors = make_vectors(loop, part, unit)
     return vectors, proof_of(unit, vectors)
 
 
-def proof_of(unit: Unit, vectors: Vectors) -> Proof:
+def proof_of(unit: CModule, vectors: Vectors) -> Proof:
     """What the C compiler of this computer shows of an export.
 
     Raises:
@@ -190,12 +190,12 @@ def proof_of(unit: Unit, vectors: Vectors) -> Proof:
     return Proof(samples, compiler=Path(compiler()[0]).name)
 
 
-def replay_output(unit: Unit, vectors: Vectors, folder: Path) -> str:
+def replay_output(unit: CModule, vectors: Vectors, folder: Path) -> str:
     """What the replay of an export prints, whose numbers are those of the vectors in double precision."""
     for name, text in c_project(unit, vectors).items():
         (folder / name).write_text(text, encoding="utf-8")
-    program = compiled(folder, [f"{unit.prefix}_replay.c", f"{unit.prefix}.c"], "try-replay")
-    done = ran(folder, [str(program)])
+    program = compile_file(folder, [f"{unit.prefix}_replay.c", f"{unit.prefix}.c"], "try-replay")
+    done = run_command(folder, [str(program)])
     if done.returncode != 0 and (unit.real == "double" or not done.stdout):
         lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
         said = "; ".join(lines or [f"the replay ended with {done.returncode}"])
@@ -207,8 +207,8 @@ def compiler_fault(folder: Path) -> str:
     """Why not even an empty program can be compiled and run here; empty if it can."""
     (folder / "try-compiler.c").write_text("int main(void) { return 0; }\n", encoding="utf-8")
     try:
-        empty = compiled(folder, ["try-compiler.c"], "try-compiler")
-        ends = ran(folder, [str(empty)]).returncode
+        empty = compile_file(folder, ["try-compiler.c"], "try-compiler")
+        ends = run_command(folder, [str(empty)]).returncode
     except CompilerError as error:
         return str(error)
     return "what the C compiler builds does not run here" if ends != 0 else ""

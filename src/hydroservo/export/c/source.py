@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 
 from hydroservo.core.block import Block, nested_signal
 from hydroservo.core.field import Field
-from hydroservo.export.c.declared import declared_in, in_arguments, in_parameters, in_state
-from hydroservo.export.c.layout import INDENT, laid_out
-from hydroservo.export.c.liveness import Needed
-from hydroservo.export.c.writer import Ends, NamedConstant, Writer
+from hydroservo.export.c.declared import declarations_by_name, in_arguments, in_parameters, in_state
+from hydroservo.export.c.layout import INDENT, lay_out
+from hydroservo.export.c.liveness import Liveness
+from hydroservo.export.c.writer import CWriter, FunctionEnds, NamedConstant
 from hydroservo.export.texts import WIDTH, comment, in_comment
 from hydroservo.export.unit import Part
 from hydroservo.language.names import identifier
-from hydroservo.language.terms import Function, Matrix, Record, Table
+from hydroservo.language.terms import ConstantArray, Function, Matrix, Record
 
 
 class Translation(NamedTuple):
@@ -40,7 +40,7 @@ class Translation(NamedTuple):
     arguments: tuple[tuple[str, Record], ...]
     part: Part
     records: tuple[Record, ...]
-    tables: tuple[Table, ...]
+    tables: tuple[ConstantArray, ...]
     signal: Field
 
     @property
@@ -66,7 +66,7 @@ class Translation(NamedTuple):
         return {record: tuple(signals) for record, signals in found.items()}
 
 
-class Form(NamedTuple):
+class SourceForm(NamedTuple):
     """How a unit is written.
 
     Attributes:
@@ -86,7 +86,7 @@ class Form(NamedTuple):
     version: str
 
 
-class Texts(NamedTuple):
+class SourceTexts(NamedTuple):
     """What goes into the two files."""
 
     header: str
@@ -152,16 +152,16 @@ extern "C" {{
 """
 
 
-def texts(translation: Translation, needed: Needed, form: Form) -> Texts:
+def source_texts(translation: Translation, needed: Liveness, form: SourceForm) -> SourceTexts:
     """Header and source of a unit."""
-    writer = Writer(form.prefix, form.real, needed, translation.signals())
+    writer = CWriter(form.prefix, form.real, needed, translation.signals())
     state = translation.init.returns
     public = [translation.parameters] * (not form.inlined) + [
         state,
         *(record for _, record in translation.arguments),
     ]
-    shown = ordered(public, needed)
-    hidden = [record for record in ordered(translation.records, needed) if record not in shown]
+    shown = ordered_records(public, needed)
+    hidden = [record for record in ordered_records(translation.records, needed) if record not in shown]
     functions = documented_functions(translation, writer)
     entries = entry_texts(translation, writer, form.inlined)
     read = any("self" in dict(needed.takes(one)) for one in (translation.init, translation.step))
@@ -181,8 +181,8 @@ def texts(translation: Translation, needed: Needed, form: Form) -> Texts:
         *entries,
     ]
     records = [writer.record(one) for one in shown]
-    header = header_text(form, records, declarations(translation, writer, form.inlined))
-    return Texts(header, laid_out(joined(parts)))
+    header = header_text(form, records, entry_declarations(translation, writer, form.inlined))
+    return SourceTexts(header, lay_out(join_sections(parts)))
 
 
 def constant_text(one: NamedConstant) -> str:
@@ -190,21 +190,21 @@ def constant_text(one: NamedConstant) -> str:
     return f"{comment(one.text) if one.text else ''}#define {one.name} {one.number}\n"
 
 
-def joined(parts: Sequence[str]) -> str:
+def join_sections(parts: Sequence[str]) -> str:
     return "\n".join(part for part in parts if part)
 
 
-def header_text(form: Form, records: Sequence[str], declared: Sequence[str]) -> str:
+def header_text(form: SourceForm, records: Sequence[str], declared: Sequence[str]) -> str:
     """The header, for C and C++."""
     defaults = f"extern const {form.prefix}_parameters {form.prefix}_defaults;\n"
-    body = laid_out(joined([*records, "" if form.inlined else defaults, *declared]))
+    body = lay_out(join_sections([*records, "" if form.inlined else defaults, *declared]))
     guard = form.prefix.upper()
     return HEADER.format(
         about=comment(form.about), guard=guard, hash=form.hash, version=form.version, body=body
     )
 
 
-def declarations(translation: Translation, writer: Writer, inlined: bool) -> list[str]:
+def entry_declarations(translation: Translation, writer: CWriter, inlined: bool) -> list[str]:
     """The declarations of ``init`` and ``step``, each below what it does."""
     purposes = PURPOSES.get(translation.part, (INIT, STEP))
     state = translation.init.returns
@@ -214,7 +214,7 @@ def declarations(translation: Translation, writer: Writer, inlined: bool) -> lis
     return [f"{comment(text)}{head};\n" for text, head in pairs]
 
 
-def heads(translation: Translation, writer: Writer, inlined: bool) -> tuple[str, str]:
+def heads(translation: Translation, writer: CWriter, inlined: bool) -> tuple[str, str]:
     """The first lines of ``init`` and ``step``."""
     p = writer.prefix
     given = [] if inlined else [f"const {p}_parameters *parameters"]
@@ -228,7 +228,7 @@ def heads(translation: Translation, writer: Writer, inlined: bool) -> tuple[str,
     )
 
 
-def entry_texts(translation: Translation, writer: Writer, inlined: bool) -> list[str]:
+def entry_texts(translation: Translation, writer: CWriter, inlined: bool) -> list[str]:
     """The definitions of ``init`` and ``step``."""
     renamed = {"self": f"{writer.prefix}_fixed" if inlined else "parameters"}
     last = ["return state->u;"] if translation.part is Part.CONTROLLER else []
@@ -238,11 +238,11 @@ def entry_texts(translation: Translation, writer: Writer, inlined: bool) -> list
     ):
         unread = not inlined and "self" not in dict(writer.needed.takes(function))
         first = ["(void)parameters;"] if unread else []
-        texts.append(writer.entry(function, head, renamed, {"self": not inlined}, Ends(first, end)))
+        texts.append(writer.entry(function, head, renamed, {"self": not inlined}, FunctionEnds(first, end)))
     return texts
 
 
-def ordered(records: Sequence[Any], needed: Needed) -> list[Record]:
+def ordered_records(records: Sequence[Any], needed: Liveness) -> list[Record]:
     """Records of which something is kept, each after those in it."""
     found: dict[Record, None] = {}
 
@@ -258,17 +258,17 @@ def ordered(records: Sequence[Any], needed: Needed) -> list[Record]:
     return list(found)
 
 
-def matrix_text(writer: Writer, matrix: Matrix) -> str:
+def matrix_text(writer: CWriter, matrix: Matrix) -> str:
     return f"typedef struct {{\ndouble a[{matrix.size}][{matrix.size}];\n}} {writer.type(matrix)};\n"
 
 
-def table_text(writer: Writer, table: Table) -> str:
+def table_text(writer: CWriter, table: ConstantArray) -> str:
     numbers = [writer.number(float(one))[0] for one in table.array.ravel()]
     body = textwrap.fill(", ".join(numbers), WIDTH - len(INDENT))
     return f"static const {writer.real} {writer.prefix}_{table.name}[{len(numbers)}] = {{\n{body}\n}};\n"
 
 
-def defaults_text(translation: Translation, writer: Writer, inlined: bool) -> str:
+def defaults_text(translation: Translation, writer: CWriter, inlined: bool) -> str:
     """The object that holds the scenario's parameters."""
     name = f"{writer.prefix}_fixed" if inlined else f"{writer.prefix}_defaults"
     kind = f"{'static ' if inlined else ''}const {writer.prefix}_parameters"
@@ -276,8 +276,8 @@ def defaults_text(translation: Translation, writer: Writer, inlined: bool) -> st
     return "\n".join([f"{kind} {name} = {{", *lines, "};", ""])
 
 
-def defaults_lines(block: Block, record: Record, writer: Writer, signal: Field | None) -> Iterator[str]:
-    fields = declared_in(record, [signal])
+def defaults_lines(block: Block, record: Record, writer: CWriter, signal: Field | None) -> Iterator[str]:
+    fields = declarations_by_name(record, [signal])
     for name, kind in writer.kept(record):
         value = getattr(block, name)
         if isinstance(kind, Record):
@@ -290,7 +290,7 @@ def defaults_lines(block: Block, record: Record, writer: Writer, signal: Field |
             yield f".{identifier(name)} = {writer.number(value)[0]},{said}"
 
 
-def documented_functions(translation: Translation, writer: Writer) -> list[str]:
+def documented_functions(translation: Translation, writer: CWriter) -> list[str]:
     """The functions, the first of each block's below what the block is: its equation, source and limits."""
     documented: set[type] = set()
     texts = []

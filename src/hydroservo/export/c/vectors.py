@@ -19,7 +19,7 @@ from hydroservo.export.parts import (
     block_of,
     with_its_substeps,
 )
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import CModule, Part
 from hydroservo.language.names import place_in_c
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.run import Mode, kernel_of, plan_of, ready, studied, wanted_of
@@ -59,7 +59,7 @@ class Listener(NamedTuple):
         return s
 
 
-def made_vectors(loop: Loop, part: Part, unit: Unit) -> Vectors:
+def make_vectors(loop: Loop, part: Part, unit: CModule) -> Vectors:
     """A part of a loop, run in plain Python on what it is given in the closed loop that it is in.
 
     The inputs are those of ten stretches of 50 samples, spread evenly over the scenario; the part then runs
@@ -68,7 +68,7 @@ def made_vectors(loop: Loop, part: Part, unit: Unit) -> Vectors:
     loop and a demand have no inputs; they run through their first 500 samples.
     """
     loop = ready(loop) if part is Part.DEMAND else with_its_substeps(ready(loop))
-    inputs, made = listened(loop, part)
+    inputs, made = closed_loop_inputs(loop, part)
     if part is Part.CONTROLLER and unit.real == "double":
         inputs += bad_inputs(inputs)
         made += (
@@ -77,12 +77,12 @@ def made_vectors(loop: Loop, part: Part, unit: Unit) -> Vectors:
         )
     return Vectors(
         input_rows(unit, inputs),
-        rows_at(replayed(block_of(loop, part), inputs), [signal.place for signal in unit.states]),
+        rows_at(replay_states(block_of(loop, part), inputs), [signal.place for signal in unit.states]),
         f"{made} All ran one after the other in plain Python, in double precision.",
     )
 
 
-def listened(loop: Loop, part: Part) -> tuple[list[Records], str]:
+def closed_loop_inputs(loop: Loop, part: Part) -> tuple[list[Records], str]:
     """What a part of a loop is given at the samples of all stretches, and where that comes from, in words."""
     if part in (Part.DEMAND, Part.LOOP):
         made = f"They are the first samples of the {part}, which has no inputs."
@@ -91,7 +91,7 @@ def listened(loop: Loop, part: Part) -> tuple[list[Records], str]:
     listener = Listener([], float(loop.command.per_volt))
     watched = loop._replace(controller=listener) if part is Part.CONTROLLER else loop
     after = [(t, watched.sample(s, t, period)) for t, s in closed_loop(loop)]
-    inputs = listener.heard if part is Part.CONTROLLER else driven(loop, part, after)
+    inputs = listener.heard if part is Part.CONTROLLER else machine_inputs(loop, part, after)
     pushed = (
         "" if part is Part.CONTROLLER else " A tenth of the oil's force acts besides in every other stretch."
     )
@@ -101,7 +101,7 @@ def listened(loop: Loop, part: Part) -> tuple[list[Records], str]:
     )
 
 
-def driven(loop: Loop, part: Part, after: Iterable[tuple[float, LoopState]]) -> list[Records]:
+def machine_inputs(loop: Loop, part: Part, after: Iterable[tuple[float, LoopState]]) -> list[Records]:
     """What a machine or its equations are given at samples whose controller has run."""
     inputs: list[Records] = []
     for i, (t, s) in enumerate(after):
@@ -125,7 +125,7 @@ def closed_loop(loop: Loop) -> Iterator[tuple[float, LoopState]]:
         study, wanted = studied(loop, plan.samples), wanted_of(loop, state, plan.paths)
         run = kernel_of(study, wanted, state, Mode(compiled=True, strict=True))
     done = 0
-    for sample in sampled(plan.samples):
+    for sample in stretch_numbers(plan.samples):
         with compilation(loop):
             reached = run.advance(done, sample, period, plan.samples, nothing)
         if reached < sample:
@@ -134,7 +134,7 @@ def closed_loop(loop: Loop) -> Iterator[tuple[float, LoopState]]:
         done = sample
 
 
-def sampled(samples: int) -> Iterator[int]:
+def stretch_numbers(samples: int) -> Iterator[int]:
     """The numbers of the samples in all stretches; of all there are, where they are few."""
     if samples <= STRETCHES * IN_A_ROW:
         yield from range(samples)
@@ -152,7 +152,7 @@ def bad_inputs(good: Sequence[Records]) -> list[Records]:
     return [blind, *after, huge, *after]
 
 
-def replayed(block: Block, inputs: Iterable[Records]) -> list[Block]:
+def replay_states(block: Block, inputs: Iterable[Records]) -> list[Block]:
     """A block's state after each sample, from its ``init`` on."""
     state, states = block.init(), []
     for records in inputs:
@@ -165,7 +165,7 @@ def replayed(block: Block, inputs: Iterable[Records]) -> list[Block]:
     return states
 
 
-def input_rows(unit: Unit, inputs: Sequence[Records]) -> NDArray[np.float64]:
+def input_rows(unit: CModule, inputs: Sequence[Records]) -> NDArray[np.float64]:
     """What steps read of their arguments, a row for each sample, in the order of their signals."""
     columns = [
         rows_at([records[one.name] for records in inputs], [signal.place for signal in one.signals])
@@ -176,11 +176,11 @@ def input_rows(unit: Unit, inputs: Sequence[Records]) -> NDArray[np.float64]:
 
 def rows_at(records: Sequence[Block], places: Sequence[str]) -> NDArray[np.float64]:
     """The numbers of records of one type in Python that have some places in their record in C."""
-    own = paths_of(records[0])
+    own = python_paths(records[0])
     numbers = [attrgetter(own[place]) for place in places]
     return np.array([[float(number(record)) for number in numbers] for record in records])
 
 
-def paths_of(record: Block) -> dict[str, str]:
+def python_paths(record: Block) -> dict[str, str]:
     """The path in Python of each place in C."""
     return {place_in_c(path): path for path, _ in leaves(record)}

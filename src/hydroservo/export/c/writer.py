@@ -11,10 +11,10 @@ import numpy as np
 
 from hydroservo.core.errors import LoopError
 from hydroservo.core.field import Field
-from hydroservo.export.c.declared import declared_in
-from hydroservo.export.c.liveness import Needed, matters
+from hydroservo.export.c.declared import declarations_by_name
+from hydroservo.export.c.liveness import Liveness, matters
 from hydroservo.export.texts import comment, in_comment
-from hydroservo.language.names import identifier, numbered
+from hydroservo.language.names import free_name, identifier
 from hydroservo.language.ranges import LARGEST
 from hydroservo.language.terms import (
     BOOL,
@@ -72,7 +72,7 @@ SINGLE = {
 }
 
 
-class Ends(NamedTuple):
+class FunctionEnds(NamedTuple):
     """What a function begins and ends with besides its own statements."""
 
     first: Sequence[str]
@@ -87,7 +87,7 @@ class NamedConstant(NamedTuple):
     text: str = ""
 
 
-class Writer:
+class CWriter:
     """The C text of functions and records, with what is not needed left out.
 
     Args:
@@ -98,7 +98,7 @@ class Writer:
     """
 
     def __init__(
-        self, prefix: str, real: str, needed: Needed, signals: Mapping[Record, Sequence[Field | None]]
+        self, prefix: str, real: str, needed: Liveness, signals: Mapping[Record, Sequence[Field | None]]
     ) -> None:
         self.prefix, self.real, self.needed, self.signals = prefix, real, needed, signals
         self.every = tuple(dict.fromkeys(one for found in signals.values() for one in found))
@@ -130,7 +130,7 @@ class Writer:
 
     def record(self, record: Record) -> str:
         """The definition of a record's type."""
-        fields = declared_in(record, self.signals.get(record, self.every))
+        fields = declarations_by_name(record, self.signals.get(record, self.every))
         body = []
         for name, kind in self.kept(record):
             declared = fields.get(name, Field("", ""))
@@ -160,7 +160,7 @@ class Writer:
         head: str,
         renamed: dict[str, str],
         own: dict[str, bool],
-        ends: Ends,
+        ends: FunctionEnds,
     ) -> str:
         """A function that is called from outside; its value goes to ``*state``."""
         self.begin(function)
@@ -295,7 +295,7 @@ class Writer:
         sign = {"&": "&&", "|": "||"}.get(sign, sign)
         level = LEVELS.get(sign, COMPARED)
         left, binds = self.text(a)
-        if a.type == INT and narrow(a) and narrow(b):
+        if a.type == INT and is_narrow(a) and is_narrow(b):
             left, binds = f"(int64_t){self.inner(a, UNARY)}", UNARY
         chained = isinstance(a, Operation) and a.operator == sign and sign in LEVELS
         left = left if binds >= UNARY or chained else f"({left})"
@@ -349,7 +349,7 @@ class Writer:
     def constant(self, value: Constant) -> str:
         """The name of a module's constant."""
         number = SINGLE.get((value.module, value.name), value.value) if self.real == "float" else value.value
-        return self.named((value.module, value.name, value.value), file_of(value.module), number, "")
+        return self.named((value.module, value.name, value.value), module_file(value.module), number, "")
 
     def computed(self, value: Computed) -> str:
         """The name of a number that was computed in place of a call."""
@@ -360,24 +360,24 @@ class Writer:
         if key not in self.constants:
             wish = identifier("_".join(filter(None, (self.prefix, file, key[1])))).upper()
             given = {one.name for one in self.constants.values()}
-            name = numbered(wish, given.__contains__)
+            name = free_name(wish, given.__contains__)
             self.constants[key] = NamedConstant(name, self.number(number)[0], text)
         return self.constants[key].name
 
 
-def narrow(value: Expression) -> bool:
+def is_narrow(value: Expression) -> bool:
     """True for a whole number that C computes with 32 bits, as it is made of short literals alone."""
     match value:
         case Whole(value=whole):
             return abs(whole) < SHORT
         case Unary(a=a):
-            return narrow(a)
+            return is_narrow(a)
         case Choice(a=a, b=b):
-            return narrow(a) and narrow(b)
+            return is_narrow(a) and is_narrow(b)
     return False
 
 
-def file_of(module: str) -> str:
+def module_file(module: str) -> str:
     """The name of a module's file, as a plug-in's module has another one; else that of the module."""
     file = Path(getattr(sys.modules[module], "__file__", None) or "")
     own = file.suffix == ".py" and file.stem != "__init__"

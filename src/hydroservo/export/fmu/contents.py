@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.export.compilers import BITS
-from hydroservo.export.fmu.variables import Kind, base_unit, clock_after, structure_of, variables_of
-from hydroservo.export.texts import rendered
-from hydroservo.export.unit import FmiVersion, Part, Unit
+from hydroservo.export.fmu.variables import VariableKind, base_unit, clock_after, structure_of, variables_of
+from hydroservo.export.texts import render
+from hydroservo.export.unit import CModule, FmiVersion, Part
 
 Files = dict[str, str]
 """Texts by their path in the FMU."""
@@ -123,7 +123,7 @@ PREFIXED = """\
 """
 
 
-def fmu_files(unit: Unit, stop_time: float, version: FmiVersion, clocked: bool = False) -> Files:
+def fmu_files(unit: CModule, stop_time: float, version: FmiVersion, clocked: bool = False) -> Files:
     """All but the binary.
 
     The token that ties the description to the sources is a digest of both, so that equal exports have equal
@@ -139,7 +139,7 @@ def fmu_files(unit: Unit, stop_time: float, version: FmiVersion, clocked: bool =
     return files | documentation(context) | own
 
 
-def context_of(unit: Unit, stop_time: float, version: FmiVersion, interface: Interface) -> dict[str, Any]:
+def context_of(unit: CModule, stop_time: float, version: FmiVersion, interface: Interface) -> dict[str, Any]:
     """What the templates are filled with."""
     variables = variables_of(unit)
     clock = clock_after(variables) if interface.clocked else None
@@ -153,8 +153,8 @@ def context_of(unit: Unit, stop_time: float, version: FmiVersion, interface: Int
         "clock": clock,
         "structure": structure_of(unit, variables, clock),
         "first_index": interface.first_index,
-        "integrated": [one for one in variables if one.kind is Kind.INTEGRATED],
-        "rates": [one for one in variables if one.kind is Kind.RATE],
+        "integrated": [one for one in variables if one.kind is VariableKind.INTEGRATED],
+        "rates": [one for one in variables if one.kind is VariableKind.RATE],
         "units": {one.unit: base_unit(one.unit) for one in variables if one.unit},
         "sources": [f"{unit.prefix}.c", "model.c", *interface.sources],
         "options": BITS,
@@ -162,26 +162,26 @@ def context_of(unit: Unit, stop_time: float, version: FmiVersion, interface: Int
     }
 
 
-def model_files(unit: Unit, interface: Interface, context: Mapping[str, Any]) -> Files:
+def model_files(unit: CModule, interface: Interface, context: Mapping[str, Any]) -> Files:
     """The model description and the sources."""
     folder = resources.files("hydroservo.export.fmu") / "sources"
     own = (*interface.sources, *interface.own_headers)
     return {
-        "modelDescription.xml": rendered(interface.description, context),
+        "modelDescription.xml": render(interface.description, context),
         f"sources/{unit.prefix}.h": unit.header,
         f"sources/{unit.prefix}.c": unit.source,
-        "sources/model.h": rendered("fmu/model.h", context),
-        "sources/model.c": rendered("fmu/model.c", context),
-        **{path: rendered(template, context) for path, template in interface.texts.items()},
+        "sources/model.h": render("fmu/model.h", context),
+        "sources/model.c": render("fmu/model.c", context),
+        **{path: render(template, context) for path, template in interface.texts.items()},
         **{f"sources/{name}": (folder / name).read_text("utf-8") for name in own},
     }
 
 
 def documentation(context: Mapping[str, Any]) -> Files:
     return {
-        "documentation/index.html": rendered("fmu/index.html", context),
+        "documentation/index.html": render("fmu/index.html", context),
         "documentation/scenario.toml": context["unit"].scenario,
-        "documentation/licenses/license.txt": rendered("fmu/license.txt", {"own": licence("hydroservo")}),
+        "documentation/licenses/license.txt": render("fmu/license.txt", {"own": licence("hydroservo")}),
         "documentation/licenses/fmpy.txt": licence("fmpy"),
     }
 
@@ -192,19 +192,19 @@ def headers(names: Sequence[str]) -> dict[str, str]:
     The package fmpy took the prefix out of that of FMI 2.0, as it builds shared libraries alone; here it is
     back, as the standard has it, so that several FMUs can be linked into one program.
     """
-    folder = Path(str(package("fmpy").locate_file("fmpy/c-code")))
+    folder = Path(str(installed_package("fmpy").locate_file("fmpy/c-code")))
     return {name: (folder / name).read_text("utf-8").replace(UNPREFIXED, PREFIXED) for name in names}
 
 
 def licence(name: str) -> str:
     """The licence text that an installed package ships."""
-    for file in package(name).files or ():
+    for file in installed_package(name).files or ():
         if file.name in ("LICENSE", "LICENSE.txt"):
             return file.read_text("utf-8")
     raise HydroservoError(f"the package {name} came without its licence; install it again")
 
 
-def package(name: str) -> metadata.Distribution:
+def installed_package(name: str) -> metadata.Distribution:
     """An installed package."""
     try:
         return metadata.distribution(name)

@@ -8,10 +8,10 @@ from typing import NamedTuple
 from hydroservo.core.errors import HydroservoError
 from hydroservo.core.outputs import atomic_path
 from hydroservo.export.compilers import platforms_named
-from hydroservo.export.fmu.variables import Kind, Variable, base_unit, variables_of
+from hydroservo.export.fmu.variables import FmuVariable, VariableKind, base_unit, variables_of
 from hydroservo.export.fmu.write import checked_ending, fmu_content, pack
-from hydroservo.export.texts import rendered
-from hydroservo.export.unit import FmiVersion, Part, Unit
+from hydroservo.export.texts import render
+from hydroservo.export.unit import CModule, FmiVersion, Part
 
 # Stepped one after the other in this order, each is given what the others put out at its sample.
 PARTS = (Part.CONTROLLER, Part.MACHINE, Part.DEMAND)
@@ -28,7 +28,7 @@ class Connection(NamedTuple):
 
 
 def write_ssp(
-    units: Mapping[Part, Unit],
+    units: Mapping[Part, CModule],
     path: Path | str,
     *,
     stop_time: float,
@@ -69,22 +69,22 @@ def write_ssp(
         "connections": links,
         "stop_time": stop_time,
     }
-    content["SystemStructure.ssd"] = rendered("fmu/SystemStructure.xml", context).encode()
+    content["SystemStructure.ssd"] = render("fmu/SystemStructure.xml", context).encode()
     with atomic_path(path) as temporary:
         pack(content, temporary)
     return path
 
 
-def fmu_of(unit: Unit, stop_time: float, version: FmiVersion, platforms: Iterable[str]) -> bytes:
+def fmu_of(unit: CModule, stop_time: float, version: FmiVersion, platforms: Iterable[str]) -> bytes:
     packed = io.BytesIO()
     pack(fmu_content(unit, stop_time, version, platforms), packed)
     return packed.getvalue()
 
 
-def connectors(part: Part, unit: Unit, links: Iterable[Connection]) -> list[Variable]:
+def connectors(part: Part, unit: CModule, links: Iterable[Connection]) -> list[FmuVariable]:
     """The outputs of an FMU and its inputs that are connected: a tool may connect any other as it likes."""
     fed = {link.name for link in links if link.end is part}
-    return [one for one in variables_of(unit) if one.kind is Kind.OUTPUT or one.name in fed]
+    return [one for one in variables_of(unit) if one.kind is VariableKind.OUTPUT or one.name in fed]
 
 
 def base_units(names: Iterable[str]) -> dict[str, Mapping[str, int | float]]:
@@ -93,13 +93,13 @@ def base_units(names: Iterable[str]) -> dict[str, Mapping[str, int | float]]:
     return {name: base for name, base in bases.items() if base is not None}
 
 
-def connections(units: Mapping[Part, Unit]) -> Iterator[Connection]:
+def connections(units: Mapping[Part, CModule]) -> Iterator[Connection]:
     """From each output to the inputs of other units that have its name."""
     variables = {part: variables_of(units[part]) for part in PARTS}
-    outputs = {one.name: part for part in PARTS for one in variables[part] if one.kind is Kind.OUTPUT}
+    outputs = {one.name: part for part in PARTS for one in variables[part] if one.kind is VariableKind.OUTPUT}
     for part in PARTS:
         for one in variables[part]:
-            if one.kind is not Kind.INPUT or one.name.startswith(OPEN):
+            if one.kind is not VariableKind.INPUT or one.name.startswith(OPEN):
                 continue
             if one.name not in outputs:
                 raise HydroservoError(f"the input {one.name} of the {part} is not an output of another unit")

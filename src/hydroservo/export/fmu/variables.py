@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from hydroservo.core.errors import ParameterError
-from hydroservo.export.unit import INTEGRATED, RATES, Part, Signal, Unit
+from hydroservo.export.unit import INTEGRATED, RATES, CModule, Part, Signal
 from hydroservo.scenario.units import factor_and_dimension
 
 SYMBOLS = {  # and the size of pint's root unit in FMI's base unit
@@ -49,7 +49,7 @@ def base_unit(text: str) -> Mapping[str, int | float] | None:
     return attributes
 
 
-class Kind(Enum):
+class VariableKind(Enum):
     """What may be done with a variable: causality, variability and initial value in FMI's words.
 
     A member's name, in capitals, is also that of the constant in C.
@@ -66,7 +66,7 @@ class Kind(Enum):
     RATE = ("local", "continuous", "calculated")
 
 
-class Variable(NamedTuple):
+class FmuVariable(NamedTuple):
     """One variable of an FMU.
 
     Attributes:
@@ -87,7 +87,7 @@ class Variable(NamedTuple):
 
     name: str
     reference: int
-    kind: Kind
+    kind: VariableKind
     place: str
     unit: str
     meaning: str
@@ -115,16 +115,16 @@ class Variable(NamedTuple):
     @property
     def has_start(self) -> bool:
         """True for what is not computed, nor the time."""
-        return self.kind is not Kind.TIME and self.initial != "calculated"
+        return self.kind is not VariableKind.TIME and self.initial != "calculated"
 
 
-def variables_of(unit: Unit) -> tuple[Variable, ...]:
+def variables_of(unit: CModule) -> tuple[FmuVariable, ...]:
     """The time, the parameters, the arguments and the states, in this order.
 
     Raises:
         ParameterError: a name is there twice, or is none in FMI.
     """
-    time = Variable("time", 0, Kind.TIME, "", "s", "time", 0.0)
+    time = FmuVariable("time", 0, VariableKind.TIME, "", "s", "time", 0.0)
     others = continuous_variables(unit) if unit.part is Part.EQUATIONS else sampled_variables(unit)
     variables = (time, *(one._replace(reference=i) for i, one in enumerate(others, 1)))
     references = {f"der({one.name})": one.reference for one in variables}
@@ -138,13 +138,13 @@ def variables_of(unit: Unit) -> tuple[Variable, ...]:
     return variables
 
 
-def clock_after(variables: Sequence[Variable]) -> Variable:
+def clock_after(variables: Sequence[FmuVariable]) -> FmuVariable:
     """The clock of a controller, to which all that changes at its samples belongs."""
     meaning = "the controller's samples, of which the first is at the start"
-    return Variable(CLOCK, len(variables), Kind.INPUT, "", "", meaning, 0.0)
+    return FmuVariable(CLOCK, len(variables), VariableKind.INPUT, "", "", meaning, 0.0)
 
 
-def sampled_variables(unit: Unit) -> Iterator[Variable]:
+def sampled_variables(unit: CModule) -> Iterator[FmuVariable]:
     """The parameters, arguments and states of what takes samples, without their references.
 
     A parameter that has the name of a state, as a ramp's rate and that of its demand, is ``parameters.`` and
@@ -153,52 +153,52 @@ def sampled_variables(unit: Unit) -> Iterator[Variable]:
     taken = {one.path for one in unit.states}
     for one in unit.parameters:
         path = f"parameters.{one.path}" if one.path in taken else one.path
-        yield variable(one._replace(path=path), parameter_kind(one), "parameters")
+        yield fmu_variable(one._replace(path=path), parameter_kind(one), "parameters")
     for argument in unit.arguments:
         for one in argument.signals:
-            yield variable(one, Kind.INPUT, argument.name)
+            yield fmu_variable(one, VariableKind.INPUT, argument.name)
     for one in unit.states:
-        yield variable(one, state_kind(unit, one), "state")
+        yield fmu_variable(one, state_kind(unit, one), "state")
 
 
-def continuous_variables(unit: Unit) -> Iterator[Variable]:
+def continuous_variables(unit: CModule) -> Iterator[FmuVariable]:
     """Those of equations that an importer sees: not their instant, start, nor when the load jumps next."""
     for one in unit.parameters:
-        yield variable(one, parameter_kind(one), "parameters")
+        yield fmu_variable(one, parameter_kind(one), "parameters")
     for argument in unit.arguments:
-        kind = Kind.INTEGRATED if argument.name == INTEGRATED else Kind.INPUT
+        kind = VariableKind.INTEGRATED if argument.name == INTEGRATED else VariableKind.INPUT
         if argument.name != "instant":
             for one in argument.signals:
-                yield variable(one, kind, argument.name)._replace(continuous=True)
+                yield fmu_variable(one, kind, argument.name)._replace(continuous=True)
     for one in unit.states:
         if one.path.startswith(RATES):
             rate = one._replace(path=f"der({one.path.removeprefix(RATES)})")
-            yield variable(rate, Kind.RATE, "state")
+            yield fmu_variable(rate, VariableKind.RATE, "state")
         elif one.path.startswith(("outputs.", "load.")):
-            yield variable(one, Kind.OUTPUT, "state")._replace(continuous=True)
+            yield fmu_variable(one, VariableKind.OUTPUT, "state")._replace(continuous=True)
 
 
-def variable(signal: Signal, kind: Kind, record: str) -> Variable:
+def fmu_variable(signal: Signal, kind: VariableKind, record: str) -> FmuVariable:
     place = f"{record}.{signal.place}"
     described = (signal.unit, signal.meaning, signal.value, signal.integrated, signal.least, signal.most)
-    return Variable(signal.path, 0, kind, place, *described, nominal=signal.nominal)
+    return FmuVariable(signal.path, 0, kind, place, *described, nominal=signal.nominal)
 
 
-def parameter_kind(signal: Signal) -> Kind:
+def parameter_kind(signal: Signal) -> VariableKind:
     if signal.place == PERIOD:
-        return Kind.CONSTANT
-    return Kind.FIXED if signal.fixed else Kind.TUNABLE
+        return VariableKind.CONSTANT
+    return VariableKind.FIXED if signal.fixed else VariableKind.TUNABLE
 
 
-def state_kind(unit: Unit, signal: Signal) -> Kind:
+def state_kind(unit: CModule, signal: Signal) -> VariableKind:
     """A controller's output is its command; of other units each number of the state is one."""
-    return Kind.LOCAL if unit.command and signal.place != "u" else Kind.OUTPUT
+    return VariableKind.LOCAL if unit.command and signal.place != "u" else VariableKind.OUTPUT
 
 
-PARAMETERS = (Kind.FIXED, Kind.TUNABLE)
+PARAMETERS = (VariableKind.FIXED, VariableKind.TUNABLE)
 
 
-class Unknown(NamedTuple):
+class FmuUnknown(NamedTuple):
     """A variable that is computed.
 
     Attributes:
@@ -206,8 +206,8 @@ class Unknown(NamedTuple):
         knowns: the variables that it depends on; None says nothing, and so all of them.
     """
 
-    variable: Variable
-    knowns: Sequence[Variable] | None
+    variable: FmuVariable
+    knowns: Sequence[FmuVariable] | None
 
     def dependencies(self, first_index: int) -> dict[str, str]:
         """The attributes of its element, where variables are counted from an index."""
@@ -222,51 +222,55 @@ class Unknown(NamedTuple):
 class Structure(NamedTuple):
     """The unknowns of an FMU, after the initialization and in it."""
 
-    outputs: Sequence[Unknown]
-    rates: Sequence[Unknown]
-    initial: Sequence[Unknown]
+    outputs: Sequence[FmuUnknown]
+    rates: Sequence[FmuUnknown]
+    initial: Sequence[FmuUnknown]
 
 
-def structure_of(unit: Unit, variables: Sequence[Variable], clock: Variable | None) -> Structure:
+def structure_of(unit: CModule, variables: Sequence[FmuVariable], clock: FmuVariable | None) -> Structure:
     """What depends on what.
 
     A controller answers its inputs at once. The outputs of a machine, a demand and a loop change in steps
     alone. Of equations, the rates depend on all there is, and the outputs on the state or the time alone.
     """
-    rates = [one for one in variables if one.kind is Kind.RATE]
+    rates = [one for one in variables if one.kind is VariableKind.RATE]
     outputs = [one for one in variables if one.causality == "output"]
     if clock is not None:  # before its first tick there is nothing to find
-        ticking = [Unknown(one, [clock, *direct_knowns(unit, variables, one)]) for one in outputs]
+        ticking = [FmuUnknown(one, [clock, *direct_knowns(unit, variables, one)]) for one in outputs]
         return Structure(ticking, rates=[], initial=[])
     return Structure(
-        outputs=[Unknown(one, list(direct_knowns(unit, variables, one))) for one in outputs],
-        rates=[Unknown(one, None) for one in rates],
+        outputs=[FmuUnknown(one, list(direct_knowns(unit, variables, one))) for one in outputs],
+        rates=[FmuUnknown(one, None) for one in rates],
         initial=[
-            Unknown(one, initial_knowns(unit, variables, one))
+            FmuUnknown(one, initial_knowns(unit, variables, one))
             for one in variables
-            if one.kind is Kind.RATE or one.causality == "output"
+            if one.kind is VariableKind.RATE or one.causality == "output"
         ],
     )
 
 
-def direct_knowns(unit: Unit, variables: Sequence[Variable], output: Variable) -> Iterator[Variable]:
+def direct_knowns(
+    unit: CModule, variables: Sequence[FmuVariable], output: FmuVariable
+) -> Iterator[FmuVariable]:
     """What an output depends on after the initialization, without a step between."""
     if unit.command:
-        yield from (one for one in variables if one.kind is Kind.INPUT)
-    elif output.kind is Kind.INTEGRATED:
+        yield from (one for one in variables if one.kind is VariableKind.INPUT)
+    elif output.kind is VariableKind.INTEGRATED:
         yield output
     elif unit.part is Part.EQUATIONS and output.name.startswith("load."):
-        yield from (one for one in variables if one.kind is Kind.TIME)
+        yield from (one for one in variables if one.kind is VariableKind.TIME)
     elif unit.part is Part.EQUATIONS:
-        yield from (one for one in variables if one.kind is Kind.INTEGRATED)
+        yield from (one for one in variables if one.kind is VariableKind.INTEGRATED)
 
 
-def initial_knowns(unit: Unit, variables: Sequence[Variable], unknown: Variable) -> Sequence[Variable] | None:
+def initial_knowns(
+    unit: CModule, variables: Sequence[FmuVariable], unknown: FmuVariable
+) -> Sequence[FmuVariable] | None:
     """What an unknown depends on in the initialization.
 
     A machine's initial outputs come from parameters alone; a tool that does not know so may see an algebraic
     loop between two units. A unit without arguments is in no such loop, and nothing is said of its unknowns.
     """
-    answers = unit.command or unknown.kind is Kind.RATE
-    kinds = (*PARAMETERS, Kind.INPUT) if answers else PARAMETERS
+    answers = unit.command or unknown.kind is VariableKind.RATE
+    kinds = (*PARAMETERS, VariableKind.INPUT) if answers else PARAMETERS
     return [one for one in variables if one.kind in kinds] or None if unit.arguments else None

@@ -13,13 +13,13 @@ from hydroservo.export.compilers import (
     TOOLCHAINS,
     CompilerError,
     Platform,
-    compiled,
+    compile_file,
     compiler,
     machine_name,
     platforms_named,
 )
-from hydroservo.export.fmu.contents import Files, fmu_files, interface_of, package
-from hydroservo.export.unit import FmiVersion, Unit
+from hydroservo.export.fmu.contents import Files, fmu_files, installed_package, interface_of
+from hydroservo.export.unit import CModule, FmiVersion
 
 AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 TRIAL = "#include <math.h>\n#include <stdlib.h>\n"  # a compiler without its C library has neither
@@ -34,7 +34,7 @@ def compiler_for(platform: Platform) -> list[str]:
     if not toolchain.cross:
         raise CompilerError(f"a binary for {platform} can only be built on such a machine")
     if shutil.which(toolchain.cross) is None:
-        raise CompilerError(f"the C compiler {toolchain.cross} is not found; {advice(platform)}")
+        raise CompilerError(f"the C compiler {toolchain.cross} is not found; {install_advice(platform)}")
     return [toolchain.cross]
 
 
@@ -48,33 +48,33 @@ def check_compilers(platforms: Iterable[Platform]) -> None:
             (folder / "trial.c").write_text(TRIAL, encoding="utf-8")
             try:
                 library = f"trial{TOOLCHAINS[platform].ending}"
-                compiled(folder, [*options(platform), "trial.c"], library, command)
+                compile_file(folder, [*compiler_options(platform), "trial.c"], library, command)
             except CompilerError as error:
-                raise CompilerError(f"{error}; {advice(platform)}") from error
+                raise CompilerError(f"{error}; {install_advice(platform)}") from error
 
 
-def advice(platform: Platform) -> str:
+def install_advice(platform: Platform) -> str:
     return f"for {platform}, on Debian: apt-get install {TOOLCHAINS[platform].packages}"
 
 
-def options(platform: Platform) -> tuple[str, ...]:
+def compiler_options(platform: Platform) -> tuple[str, ...]:
     return (*AS_LIBRARY, *TOOLCHAINS[platform].options)
 
 
 def binaries(
-    files: Files, unit: Unit, version: FmiVersion, platforms: Iterable[Platform]
+    files: Files, unit: CModule, version: FmiVersion, platforms: Iterable[Platform]
 ) -> dict[str, bytes]:
     """A shared library for each platform, and licences of what cross compilers link, by path in the FMU."""
     content = {}
     for platform in platforms:
-        place = place_of(version, unit.prefix, platform)
+        place = library_place(version, unit.prefix, platform)
         content[place] = library_of(files, unit, version, platform)
         if licence := TOOLCHAINS[platform].licence:
             content["documentation/licenses/mingw-w64.txt"] = runtime_licence(Path(licence))
     return content
 
 
-def place_of(version: FmiVersion, name: str, platform: Platform) -> str:
+def library_place(version: FmiVersion, name: str, platform: Platform) -> str:
     """Where in an FMU a version of FMI wants the library for a platform."""
     toolchain = TOOLCHAINS[platform]
     folder = toolchain.folder if version is FmiVersion.FMI2 else platform
@@ -86,7 +86,7 @@ def runtime_licence(file: Path) -> bytes:
     return file.read_bytes() if file.exists() else b"The terms of MinGW-w64's runtime: www.mingw-w64.org\n"
 
 
-def library_of(files: Files, unit: Unit, version: FmiVersion, platform: Platform) -> bytes:
+def library_of(files: Files, unit: CModule, version: FmiVersion, platform: Platform) -> bytes:
     """The shared library that the compiler for a platform makes of the sources."""
     with temporary_folder() as folder:
         for path, text in files.items():
@@ -96,12 +96,12 @@ def library_of(files: Files, unit: Unit, version: FmiVersion, platform: Platform
         names = sorted(one.name for one in sources.glob("*.c"))
         library = f"{unit.prefix}{TOOLCHAINS[platform].ending}"
         unprefixed = interface_of(version, unit.part).unprefixed
-        words = [*options(platform), f"-D{unprefixed}", "-Iinclude", *names]
-        return compiled(sources, words, library, compiler_for(platform)).read_bytes()
+        words = [*compiler_options(platform), f"-D{unprefixed}", "-Iinclude", *names]
+        return compile_file(sources, words, library, compiler_for(platform)).read_bytes()
 
 
 def write_fmu(
-    unit: Unit,
+    unit: CModule,
     path: Path | str,
     *,
     stop_time: float,
@@ -142,7 +142,7 @@ def write_fmu(
 
 
 def fmu_content(
-    unit: Unit,
+    unit: CModule,
     stop_time: float,
     version: FmiVersion,
     platforms: Iterable[str],
@@ -167,7 +167,7 @@ def check_tools(platforms: Iterable[str] = ()) -> list[Platform]:
         ParameterError: a name is that of no platform.
         HydroservoError: the package fmpy or a C compiler is missing, or a cross compiler does not work.
     """
-    package("fmpy")
+    installed_package("fmpy")
     chosen = platforms_named(platforms)
     check_compilers(chosen)
     return chosen
@@ -184,7 +184,7 @@ def checked_ending(path: Path, ending: str = ".fmu") -> Path:
     return path
 
 
-def check_fit_for_fmu(unit: Unit, stop_time: float) -> None:
+def check_fit_for_fmu(unit: CModule, stop_time: float) -> None:
     if unit.real != "double":
         raise ParameterError("precision", unit.real, "an FMU is in double precision")
     if unit.inlined:

@@ -10,7 +10,7 @@ from hydroservo.engine import state_text
 from hydroservo.export import parts
 from hydroservo.export.c.primitives import numbers
 from hydroservo.export.c.primitives.states import drawn, factored, infinite, solved
-from hydroservo.language import remainders
+from hydroservo.language import functions
 from hydroservo.language.terms import Function, Translator, Type
 
 # What a Python function becomes: the same for all arguments, or made for their types.
@@ -22,8 +22,8 @@ NUMBERS = {
     basic.isnan: numbers.ISNAN,
     basic.sqrt: numbers.SQRT,
     math.fmod: numbers.FMOD,
-    remainders.whole_modulo: numbers.MODULO,
-    remainders.whole_quotient: numbers.QUOTIENT,
+    functions.whole_modulo: numbers.MODULO,
+    functions.whole_quotient: numbers.QUOTIENT,
     binary.exponent: numbers.EXPONENT,
     binary.mantissa: numbers.MANTISSA,
     binary.scaled: numbers.SCALED_NUMBER,

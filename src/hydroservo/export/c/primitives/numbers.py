@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from hydroservo.export.c.writer import Writer
+from hydroservo.export.c.writer import CWriter
 from hydroservo.language.terms import BOOL, INT, REAL, Function, Type
 
 # Functions of math.h that every compiler turns into instructions.
@@ -28,7 +28,7 @@ QUOTIENT = Function("ops_quotient", PAIR, returns=INT, written=lambda _: QUOTIEN
 MODULO = Function("ops_modulo", PAIR, returns=INT, written=lambda _: MODULO_TEXT)
 
 
-class Format(NamedTuple):
+class NumberFormat(NamedTuple):
     """What the texts of functions need to know of a floating-point format.
 
     Attributes:
@@ -56,7 +56,7 @@ class Format(NamedTuple):
     nan: str
 
 
-DOUBLE = Format(
+DOUBLE = NumberFormat(
     real="double",
     bits="uint64_t",
     mantissa=52,
@@ -68,7 +68,7 @@ DOUBLE = Format(
     suffix="",
     nan="(double)NAN",
 )
-SINGLE = Format(
+SINGLE = NumberFormat(
     real="float",
     bits="uint32_t",
     mantissa=23,
@@ -82,7 +82,7 @@ SINGLE = Format(
 )
 
 
-def of_numbers(
+def number_function(
     name: str,
     text: str,
     parameters: Sequence[str] = ("x",),
@@ -91,13 +91,13 @@ def of_numbers(
 ) -> Function:
     """A function of numbers, with the format as ``f`` in its text."""
 
-    def written(writer: Writer) -> str:
+    def written(writer: CWriter) -> str:
         return text.format(f=SINGLE if writer.real == "float" else DOUBLE)
 
     return Function(name, [(one, REAL) for one in parameters], returns=returns, written=written, calls=calls)
 
 
-SQRT = of_numbers(
+SQRT = number_function(
     "ops_sqrt",
     """\
 /* Square root; nan below zero. */
@@ -107,7 +107,7 @@ static {f.real} ops_sqrt({f.real} x) {{
 """,
 )
 
-FLOOR = of_numbers(
+FLOOR = number_function(
     "ops_floor",
     """\
 /* Largest whole number not above x; C's own is a call on many processors. */
@@ -120,7 +120,7 @@ static {f.real} ops_floor({f.real} x) {{
 """,
 )
 
-ISNAN = of_numbers(
+ISNAN = number_function(
     "ops_isnan",
     """\
 /* True for not-a-number. */
@@ -131,7 +131,7 @@ static bool ops_isnan({f.real} x) {{
     returns=BOOL,
 )
 
-ISFINITE = of_numbers(
+ISFINITE = number_function(
     "ops_isfinite",
     """\
 /* True unless infinite or not-a-number. */
@@ -143,7 +143,7 @@ static bool ops_isfinite({f.real} x) {{
 )
 
 
-def reinterpreted(said: str, before: str, after: str) -> Function:
+def reinterpretation(said: str, before: str, after: str) -> Function:
     """A function from a number or bits to the other."""
     text = f"""\
 /* {said} */
@@ -156,13 +156,13 @@ static {TYPES[after]} ops_{after}({TYPES[before]} x) {{{{
     return both.{after};
 }}}}
 """
-    return of_numbers(f"ops_{after}", text)
+    return number_function(f"ops_{after}", text)
 
 
-BITS = reinterpreted("The bits of a number.", "number", "bits")
-NUMBER = reinterpreted("The number that has these bits.", "bits", "number")
+BITS = reinterpretation("The bits of a number.", "number", "bits")
+NUMBER = reinterpretation("The number that has these bits.", "bits", "number")
 
-EXPONENT = of_numbers(
+EXPONENT = number_function(
     "ops_exponent",
     """\
 /* The whole number e for which x = 2^e m with m in [sqrt(1/2), sqrt(2)); for normal x > 0. */
@@ -175,7 +175,7 @@ static {f.real} ops_exponent({f.real} x) {{
     calls=(BITS,),
 )
 
-MANTISSA = of_numbers(
+MANTISSA = number_function(
     "ops_mantissa",
     """\
 /* The m in [sqrt(1/2), sqrt(2)) for which x = 2^e m; for normal x > 0. */
@@ -187,7 +187,7 @@ static {f.real} ops_mantissa({f.real} x) {{
     calls=(BITS, NUMBER),
 )
 
-SCALED_NUMBER = of_numbers(
+SCALED_NUMBER = number_function(
     "ops_scaled",
     """\
 /* x 2^n, rounded once: two factors of half the exponent each, of which the last alone can round. */

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from hydroservo.core import states
 from hydroservo.core.ops import random
 from hydroservo.engine.state_text import record_of
-from hydroservo.export.c.writer import Writer
+from hydroservo.export.c.writer import CWriter
 from hydroservo.language.names import identifier
 from hydroservo.language.scope import TranslationError
 from hydroservo.language.terms import BOOL, REAL, Function, Known, Matrix, Record, Translator, Type
@@ -105,7 +105,7 @@ def infinite(translator: Translator, arguments: Sequence[Type]) -> Function:
     parameters: list[tuple[str, Type]] = [("s", record)]
     name = translator.function_name("infinite")
 
-    def text(writer: Writer) -> str:
+    def text(writer: CWriter) -> str:
         size, infinity = ("fabsf", "INFINITY") if writer.real == "float" else ("fabs", "(double)INFINITY")
         tests = [f"({size}(s->{place}) == {infinity})" for place in writer.leaves(record)]
         lines = [
@@ -131,7 +131,7 @@ def factored(translator: Translator, arguments: Sequence[Type]) -> Function:
     matrix = Matrix(len(places))
     parameters = list(zip(("system", "t", "x", "u", "f", "h"), arguments, strict=True))
 
-    def text(writer: Writer) -> str:
+    def text(writer: CWriter) -> str:
         needed = {one for one, _ in writer.needed.takes(deriv)}
         own = dict(zip([one for one, _ in deriv.parameters], ("system", "t", "&nudged", "u"), strict=True))
         call = f"{deriv.name}({', '.join(text for one, text in own.items() if one in needed)})"
@@ -184,7 +184,7 @@ def solved(translator: Translator, arguments: Sequence[Type]) -> Function:
     places = list(leaf_places(record))
     name = translator.function_name(f"solved_{record.name}")
 
-    def text(writer: Writer) -> str:
+    def text(writer: CWriter) -> str:
         return SOLVED.format(
             matrix=writer.type(matrix),
             state=writer.type(record),
@@ -205,7 +205,7 @@ def drawn(translator: Translator, arguments: Sequence[Type]) -> Function:
     pair = translator.record(None, {"first": REAL, "second": REAL}, "pair")
     name = translator.function_name("ops_drawn")
 
-    def text(writer: Writer) -> str:
+    def text(writer: CWriter) -> str:
         return DRAWN.format(
             pair=writer.type(pair),
             name=name,

@@ -37,7 +37,7 @@ from hydroservo.language.terms import (
     While,
     Whole,
     bodies,
-    parts_of,
+    operands,
 )
 
 LEAST, MOST = 1e-30, 1e30  # of a number's size; single precision holds what is between
@@ -65,23 +65,23 @@ class Varies:
 VARIES = Varies()
 
 
-def computed_once(given: Mapping[Function, Sequence[Any]]) -> None:
+def fold_constants(given: Mapping[Function, Sequence[Any]]) -> None:
     """Puts numbers in place of calls that give the same one at every sample.
 
     Args:
         given: the functions that are called from outside, and what is known of their first arguments.
     """
-    values = Values(given)
+    values = KnownValues(given)
     for function in values.reached:
         if function.owner:  # what ops compute inside depends on the format of numbers
             values.rewrite(function.body, function.name)
 
 
-class Values:
+class KnownValues:
     """What is known of the values in some functions and in all that they call.
 
     Args:
-        given: as for :func:`computed_once`.
+        given: as for :func:`fold_constants`.
     """
 
     def __init__(self, given: Mapping[Function, Sequence[Any]]) -> None:
@@ -103,7 +103,7 @@ class Values:
         """What is known of a function that is called with these values."""
         for (name, _), value in zip(function.parameters, values, strict=True):
             before = self.arguments.setdefault((function, name), value)
-            if not same(before, value):
+            if not same_bits(before, value):
                 self.arguments[function, name] = VARIES
         if function in self.reached:
             return
@@ -125,28 +125,28 @@ class Values:
         """A value, or that it varies; the calls in it are visited."""
         if one is None:
             return VARIES
-        parts = [self.value(part, names) for part in parts_of(one)]
+        parts = [self.value(part, names) for part in operands(one)]
         value: Any = VARIES
         match one:
             case Call(function=function):
                 self.visit(function, parts)
-                value = self.calls[one] = result(function, parts)
+                value = self.calls[one] = number_in_python(function, parts)
             case Literal(value=number) | Constant(value=number) | Whole(value=number):
                 value = number
             case Variable(name=name, mutable=False):
                 value = names.get(name, VARIES)
             case Make(type=Record(cls=cls), values=members) if cls is not None:
-                value = applied(partial(made, cls, tuple(members)), parts)
+                value = call_value(partial(made_record, cls, tuple(members)), parts)
             case Member(name=name):
-                value = applied(getattr, [*parts, name])
+                value = call_value(getattr, [*parts, name])
             case Unary(operator=sign):
-                value = applied(UNARIES[sign], parts)
+                value = call_value(UNARIES[sign], parts)
             case Operation(operator=sign):
-                value = applied(OPERATORS[sign], parts)
+                value = call_value(OPERATORS[sign], parts)
             case Choice():
-                value = applied(lambda condition, a, b: a if condition else b, parts)
+                value = call_value(lambda condition, a, b: a if condition else b, parts)
             case Conversion():
-                value = applied(float, parts)
+                value = call_value(float, parts)
         return value
 
     def rewrite(self, body: Sequence[Statement], function: str) -> None:
@@ -198,33 +198,33 @@ def value_in(statement: Statement) -> Any:
             return stop
 
 
-def made(cls: type, names: Sequence[str], *values: Any) -> Any:
+def made_record(cls: type, names: Sequence[str], *values: Any) -> Any:
     """A record from its fields."""
     return cls(**dict(zip(names, values, strict=True)))
 
 
 def asks_ops(function: Function) -> bool:
     """True for a translated function of ops, and for one that calls such a one."""
-    return bool(function.body) and (is_op(function.origin) or any(map(asks_ops, called(function.body))))
+    return bool(function.body) and (is_op(function.origin) or any(map(asks_ops, callees(function.body))))
 
 
-def called(body: Sequence[Statement]) -> Iterator[Function]:
+def callees(body: Sequence[Statement]) -> Iterator[Function]:
     """The functions that statements call."""
     for one in body:
-        yield from called_in(value_in(one))
+        yield from callees_in(value_in(one))
         for inner in bodies(one):
-            yield from called(inner)
+            yield from callees(inner)
 
 
-def called_in(one: Any) -> Iterator[Function]:
+def callees_in(one: Any) -> Iterator[Function]:
     """The functions that an expression calls."""
     if isinstance(one, Call):
         yield one.function
-    for part in parts_of(one):
-        yield from called_in(part)
+    for part in operands(one):
+        yield from callees_in(part)
 
 
-def result(function: Function, values: Sequence[Any]) -> Any:
+def number_in_python(function: Function, values: Sequence[Any]) -> Any:
     """What a function gives in Python, where that is a number and C is given each of its arguments."""
     origin = function.origin
     if function.returns != REAL or origin is None:
@@ -232,10 +232,10 @@ def result(function: Function, values: Sequence[Any]) -> Any:
     code = getattr(origin, "__code__", None)
     if code is not None and code.co_argcount != len(values):
         return VARIES
-    return applied(origin, values)
+    return call_value(origin, values)
 
 
-def applied(function: Any, values: Sequence[Any]) -> Any:
+def call_value(function: Any, values: Sequence[Any]) -> Any:
     """What a function gives; it varies where one of its arguments does, or Python has no number for it."""
     if any(value is VARIES for value in values):
         return VARIES
@@ -245,8 +245,8 @@ def applied(function: Any, values: Sequence[Any]) -> Any:
         return VARIES
 
 
-def same(a: Any, b: Any) -> bool:
+def same_bits(a: Any, b: Any) -> bool:
     """True for one value, to the last bit."""
     if isinstance(a, tuple) and type(a) is type(b):
-        return all(map(same, a, b))
+        return all(map(same_bits, a, b))
     return a is b or (type(a) is type(b) is float and a.hex() == b.hex())

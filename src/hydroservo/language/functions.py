@@ -1,6 +1,10 @@
-"""What Python does for // and %; printers have those of whole numbers of their own."""
+"""Python's // and % on floats, and arrays by their addresses; printers have whole numbers of their own."""
 
+import ctypes
 import math
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hydroservo.core import ops
 
@@ -32,3 +36,9 @@ def whole_quotient(a: int, b: int) -> int:
 def whole_modulo(a: int, b: int) -> int:
     """a - b floor(a/b), with the sign of b."""
     return a % b
+
+
+def array_at(address: int, lengths: tuple[int, ...]) -> NDArray[np.float64]:
+    """The array of doubles at an address; whoever gives it keeps that memory alive."""
+    memory = (ctypes.c_double * math.prod(lengths)).from_address(int(address))
+    return np.ctypeslib.as_array(memory).reshape(lengths)
