@@ -35,6 +35,8 @@ from hydroservo.scenario import load_scenario
 from hydroservo.scenario.tuning import tune as bounded_tune
 from hydroservo.testing.examples import example
 
+pytestmark = pytest.mark.slow  # each searches
+
 tune = partial(bounded_tune, bounded=False)
 
 GAIN, INTEGRAL = "controller.controller.proportional_gain", "controller.controller.integral_gain"
@@ -91,7 +93,6 @@ def both() -> Tuned:
     return tune(Aim([SINE, SQUARE], [1.0, 3.0], seeds=2), WIDE, candidates=128, seed=3)
 
 
-@pytest.mark.slow
 def test_it_finds_what_a_fine_grid_finds() -> None:
     grid = np.geomspace(0.3, 300.0, 5000)
     runs = simulate_batch(SINE, {GAIN: grid})
@@ -124,7 +125,6 @@ def test_before_is_the_metric_with_each_loops_own_values() -> None:
     assert found.before == pytest.approx([metric_of(loop, {}) for loop in loops], rel=1e-9)
 
 
-@pytest.mark.slow
 def test_a_heavier_weight_serves_its_loop_more() -> None:
     ranges = {GAIN: (0.3, 30.0), INTEGRAL: (1.0, 1e4)}
     for_sine = tune(Aim([SINE, SQUARE], [1.0, 0.01]), ranges, candidates=256)
@@ -263,7 +263,6 @@ def test_values_at_an_end_are_said_to_be_there() -> None:
     assert list(one.edges) == [INTEGRAL]
 
 
-@pytest.mark.slow
 def test_what_a_law_believes_can_be_searched() -> None:
     """Of a loop from Python too, whose law is given its model before a run."""
     mass = "controller.model.plant.mass"
@@ -294,7 +293,6 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return seen
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("path", "low", "high", "logarithmic"),
     [
@@ -344,7 +342,6 @@ class Computed(NamedTuple):
         return self._replace(gain=self.wish)
 
 
-@pytest.mark.slow
 def test_candidates_that_allow_no_controller_do_not_win_and_do_not_end_the_search() -> None:
     loop = replace(SINE, {"controller": Computed()})
     found = tune(Aim([loop], [1.0]), {"controller.wish": (0.1, 10.0)}, candidates=128)
@@ -449,7 +446,6 @@ def test_an_effort_that_is_none_is_refused(effort: float) -> None:
         tune(Aim([SINE], [1.0], effort=effort), WIDE)
 
 
-@pytest.mark.slow
 def test_loops_weigh_alike_where_no_weights_are_given() -> None:
     ranges = {"controller.proportional_gain": (1.0, 10.0)}
     loops = [
