@@ -12,12 +12,12 @@ from hydroservo.core.roles import ControlledSignal, Start
 from hydroservo.core.validation import consistent
 from hydroservo.machine.starts import AsBuilt
 from hydroservo.scenario.role_checks import ROLES
-from hydroservo.testing.drawing import Spread, random_blocks
+from hydroservo.testing.drawing import ParameterSpread, random_blocks
 from hydroservo.testing.examples import example
 from tests.support.roles import NOTHING, playing, wraps
 
 
-def wired(cls: type, spread: Spread) -> SearchStrategy[Block]:
+def wired(cls: type, spread: ParameterSpread) -> SearchStrategy[Block]:
     """Blocks of a class, each nested block of any type that plays its role."""
     hints = get_type_hints(cls)
     inner = {

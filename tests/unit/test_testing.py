@@ -23,7 +23,7 @@ from hydroservo.scenario.registry import shipped_classes
 from hydroservo.scenario.role_checks import ROLES, possible_roles
 from hydroservo.testing import BlockContract, ContractError, answers, behaviour, check_block, contract
 from hydroservo.testing.case import case_of
-from hydroservo.testing.contract import QUESTIONS, Answer, answer_to, ask, group_by_cause
+from hydroservo.testing.contract import QUESTIONS, Answer, answer_question, ask, group_by_cause
 from hydroservo.testing.examples import example
 from hydroservo.testing.loops import block_places, loop_with
 from tests.support.needs import needs
@@ -97,7 +97,7 @@ def block_class(folder: Path, text: str) -> type:
 
 def answer(cls: type, name: str) -> Answer:
     question = next(one for one in QUESTIONS if one.name == name)
-    return answer_to(question, case_of(cls))
+    return answer_question(question, case_of(cls))
 
 
 class Wrong(NamedTuple):

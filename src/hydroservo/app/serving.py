@@ -38,20 +38,7 @@ def serve(
     browser: bool = True,
     say: Callable[[str], None] = print,
 ) -> None:
-    """Serve the page of a scenario until an interrupt.
-
-    Args:
-        scenario: with which it begins, by name or path.
-        changes: as ``--set`` takes them.
-        plugins: Python files whose blocks a scenario may name; they are executed.
-        address: where the page is.
-        browser: whether to open it.
-        say: is told its address.
-
-    Raises:
-        HydroservoError: the libraries of ``hydroservo[app]`` are missing, or nobody can listen there.
-        ScenarioError: the scenario does not say what it must.
-    """
+    """Serve the page of a scenario until an interrupt."""
     require("starlette", "app", "the page")
     import uvicorn
 

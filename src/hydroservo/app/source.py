@@ -37,11 +37,7 @@ class Source(NamedTuple):
     text: str | None = None  # what a page sent; None for a scenario of the command line or a built-in one
 
     def assemble(self) -> Assembly:
-        """The loop, and what it is made of.
-
-        Raises:
-            ScenarioError: the scenario does not say what it must.
-        """
+        """The loop, and what it is made of."""
         return assemble(self.scenario, self.changes)
 
 

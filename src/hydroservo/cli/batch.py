@@ -264,7 +264,7 @@ def check_sizes(runs: int, seed: int, folder: Path | None) -> None:
     check_size(runs, seed, "--", MOST if folder is None else MOST_IN_PARTS)
 
 
-def count_columns(sampled: "SampledBatch") -> int:
+def estimate_columns(sampled: "SampledBatch") -> int:
     """How many columns the table of a batch has, about."""
     from hydroservo.control.metrics import declared_metrics, monitors_of
 
@@ -295,7 +295,7 @@ def chosen_metric(loop: "Loop", metric: str | None, scenario: str) -> str:
 
 def announce_table_size(scenario: str, sampled: "SampledBatch", runs: int, output: CommandOutput) -> int:
     """How much the table of all runs will take [bytes]; a large one, and odd sizes, are said on stderr."""
-    size = 8 * runs * count_columns(sampled)
+    size = 8 * runs * estimate_columns(sampled)
     warn_of_sizes(scenario, sampled.assembly.loop)
     if size > LARGE_TABLE and (output.files or output.folder is None):
         typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)

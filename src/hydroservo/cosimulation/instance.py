@@ -27,13 +27,7 @@ running: set[str] = set()  # digests of the FMUs that have an instance in this p
 class Instance:
     """An FMU that takes inputs, steps and answers. Close it, or use it in a ``with``.
 
-    Args:
-        foreign: the FMU put to use.
-        role: what it is in the loop, for messages.
-        start: its inputs at t = 0, by signal, in SI units.
-
-    Raises:
-        LoopError: the FMU cannot be loaded, or refuses.
+    It starts with inputs at t = 0 by signal, in SI units; errors call it by its role in the loop.
     """
 
     def __init__(self, foreign: Foreign, role: str, start: Mapping[str, float]) -> None:

@@ -157,7 +157,7 @@ def answers_in(block: Any, cls: type, role: type | None) -> Iterator[Answer]:
     for question in QUESTIONS:
         if question.behaviour and not sound:
             return
-        answer = answer_to(question, case)
+        answer = answer_question(question, case)
         yield answer
         if question is QUESTIONS[0] and not answer.ok:
             return
@@ -188,7 +188,7 @@ def have_one_cause(first: Answer, answer: Answer) -> bool:
     return first.remark == answer.remark or (refused and first.line > 0)
 
 
-def answer_to(question: Question, case: Case) -> Answer:
+def answer_question(question: Question, case: Case) -> Answer:
     """What comes of a question, with whatever the block's methods raise as a line."""
     about = (case.cls.__name__, case.role.__name__, question.name)
     try:

@@ -38,7 +38,7 @@ from hydroservo.testing.examples import example
 from hydroservo.testing.loops import watched_loop
 
 
-class Spread(NamedTuple):
+class ParameterSpread(NamedTuple):
     """How far from a block's defaults its parameters may be."""
 
     decades: float  # number of powers of ten to either side
@@ -47,11 +47,11 @@ class Spread(NamedTuple):
 
 MANY = 50  # numbers of a nested block or of a state
 
-ORDINARY = Spread(1.0, 0.2)
-WIDE = Spread(4.0, 0.0)
+ORDINARY = ParameterSpread(1.0, 0.2)
+WIDE = ParameterSpread(4.0, 0.0)
 
 
-def random_blocks(example: Block, spread: Spread) -> SearchStrategy[Block]:
+def random_blocks(example: Block, spread: ParameterSpread) -> SearchStrategy[Block]:
     """Blocks of an example's class with random parameters around its own, in their ranges.
 
     Where those do not go together, as the block's ``check`` says, it is the example itself.
@@ -90,7 +90,7 @@ def is_consistent(block: Block) -> bool:
     return True
 
 
-def random_number(default: Any, field: Field, spread: Spread) -> SearchStrategy[Any]:
+def random_number(default: Any, field: Field, spread: ParameterSpread) -> SearchStrategy[Any]:
     if isinstance(default, bool):
         return st.booleans()
     if default == field.auto:
@@ -191,7 +191,7 @@ class Oscillator(NamedTuple):
         return np.inf
 
 
-def feeds(spread: Spread) -> SearchStrategy[Feed]:
+def feeds(spread: ParameterSpread) -> SearchStrategy[Feed]:
     """What drives find at a valve and a supply."""
     ordinary = spread is ORDINARY
     line = st.builds(Pressures, random_signal(4e6, ordinary), random_signal(1e5, ordinary))
@@ -199,7 +199,7 @@ def feeds(spread: Spread) -> SearchStrategy[Feed]:
     return st.builds(Feed, command, random_blocks(example(Orifice), spread), opening, line)
 
 
-MADE: dict[str, Callable[[Spread], SearchStrategy[Any]]] = {
+MADE: dict[str, Callable[[ParameterSpread], SearchStrategy[Any]]] = {
     "draws": lambda _: st.builds(Draws, whole_below(2**53), whole_below(2**16), whole_below(2**53)),
     "model": lambda spread: random_blocks(example(DesignModel), spread),
     "mechanism": lambda spread: random_blocks(example(OneLinkArm), spread),

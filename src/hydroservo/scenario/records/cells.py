@@ -102,10 +102,6 @@ class Decimals:
     Where commas separate cells, the mark is a point. Elsewhere it is what the cells have. That "1,234" is not
     1234 is known from any other cell that has the mark and cannot be a number with its thousands separated,
     such as "0,5".
-
-    Args:
-        delimiter: what separates the cells of the file.
-        name: the file that an error names.
     """
 
     def __init__(self, delimiter: str, name: str) -> None:

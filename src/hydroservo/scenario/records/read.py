@@ -217,16 +217,10 @@ def rows_in(head: Sequence[tuple[int, str]], delimiter: str) -> Iterator[list[st
 def read_columns(
     path: Path, choose: Choose, period: float | None = None, *, gaps: bool = True
 ) -> RecordedColumns:
-    """The chosen columns of a file, in SI units.
+    """The chosen columns of a file, in SI units; its ending says its format, and any other is text.
 
-    Args:
-        path: of the file: Parquet, MATLAB, NetCDF, HDF5, MDF or TDMS by its ending, else text.
-        choose: the columns, by the headers.
-        period: of the samples [s] where no column holds their instants.
-        gaps: samples may be missing, and are nan; else each must be there.
-
-    Raises:
-        ScenarioError: in one line, the file, the place and what is wrong there.
+    Where no column holds the instants they are ``period`` [s] apart; samples may be missing where ``gaps``
+    allows it, and are nan.
     """
     name = str(path)
     if not exists(path):

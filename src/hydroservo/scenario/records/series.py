@@ -99,17 +99,8 @@ def read_series(
     """A recorded signal from two columns of a file, in SI units.
 
     Headers give units: "v [mm/s]", "F (kN)"; SI units where there is none, with a warning. Empty cells at the
-    end of a line or of the two columns are nothing.
-
-    Args:
-        path: the file, as :func:`~hydroservo.scenario.records.read_columns` reads it.
-        field: the declaration of the signal, whose units the columns must have the dimensions of; None for
-            any.
-        column: name of the signal's column; the second one if None, or the first where there is a period.
-        time: name of the column of instants, or of what else the curve is over; the first one if None.
-        period: of the samples [s], where no column holds their instants.
-        scale: of the signal per unit of the column, such as "0.25 V/mA".
-        offset: of the signal where the column is 0, such as "-62.5 bar", or a number in its SI unit.
+    end of a line or of the two columns are nothing. Without names the axis is the first column and the signal
+    the second, or the first where the samples have a ``period`` [s].
     """
     name = str(path)
     axis = Field(field.over, "axis") if field else None
