@@ -25,9 +25,6 @@ COUNTED = {
     "return LawState(self.gain * (r.value - y.velocity), s.u)": Operations(1, 1),
     "e = r.value\nu = e / 3.0 if e > 0.0 else e + e * e\nreturn LawState(u, 0.0)": Operations(1, 1, 0, 0, 1),
     "u = 0.0\nfor _ in range(7):\n    u = u + y.velocity * u\nreturn LawState(u, 0.0)": Operations(7, 7),
-    "u = 0.0\nfor _ in range(-(2**62), 2**62):\n    u = u + y.velocity\nreturn LawState(u, 0.0)": Operations(
-        2**63
-    ),
     "u = 0.0\nfor _ in range(9, 2, -3):\n    u = u + y.velocity\nreturn LawState(u, 0.0)": Operations(3),
     "unread = r.value * r.value\nreturn LawState(y.velocity, 0.0)": Operations(),
     "return LawState(-ops.absolute(y.velocity), 0.0)": Operations(),

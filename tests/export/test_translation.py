@@ -202,6 +202,9 @@ REFUSED = [
     ("return LawState(1.0 * (1 // (self.turns - 2)), 0.0)", 0, "by zero", ""),
     ("return LawState(y.velocity * 10**400, 0.0)", 0, "more than 64 bits", ""),
     ("return LawState(y.velocity * (1 << 4000), 0.0)", 0, "more than 64 bits", ""),
+    ("for _ in range(2**63):\n    break\nreturn LawState(0.0, 0.0)", 0, "beyond 64 bits", "floats"),
+    ("for _ in range(0, 2**63 - 1, 3):\n    break\nreturn LawState(0.0, 0.0)", 0, "beyond 64 bits", "floats"),
+    ("for _ in range(0, -(2**63), -2):\n    break\nreturn LawState(0.0, 0.0)", 0, "beyond 64 bits", "floats"),
     ("n = 1\nfor _ in range(60):\n    n = n * 3\nreturn LawState(1.0 * n, 0.0)", 2, "may outgrow", "floats"),
     (
         "i = 5.0\nif r.value > 0.0:\n    for i in range(3):\n        pass\nreturn LawState(i, 0.0)",

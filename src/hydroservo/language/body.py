@@ -8,7 +8,7 @@ from hydroservo.language.bindings import Binding, parameter_names, stores
 from hydroservo.language.calls import is_op
 from hydroservo.language.expressions import Expressions
 from hydroservo.language.names import identifier, snake
-from hydroservo.language.ranges import LARGEST_REAL
+from hydroservo.language.ranges import LARGEST, LARGEST_REAL
 from hydroservo.language.scope import Scope, TranslationError, Value
 from hydroservo.language.terms import (
     BOOL,
@@ -326,6 +326,9 @@ class Body:
         start, stop, step = (Known(0), *given, Known(1)) if len(given) == 1 else (*given, Known(1))[:3]
         if not isinstance(step, Known) or step.value == 0:
             raise self.scope.error("the step of a loop must be a known number and not 0", node)
+        up, down = max(step.value - 1, 0), max(-step.value - 1, 0)  # by which the count may pass its end
+        self.limit_bound(start, -LARGEST - 1, LARGEST, node)
+        self.limit_bound(stop, -LARGEST - 1 + down, LARGEST - up, node)
         start, stop, certain = self.snapshot(start), self.snapshot(stop), set(self.scope.certain)
         counter = Variable(INT, self.scope.in_c[binding] if binding.counter else self.scope.fresh("i"))
         if binding.counter:
@@ -333,6 +336,13 @@ class Body:
         self.loop_body(node.body, None if binding.counter else (binding, counter, node))
         self.scope.certain = certain  # the loop may not run at all
         self.scope.block.append(For(counter.name, start, stop, step, self.turned))
+
+    def limit_bound(self, bound: Value, least: int, most: int, node: ast.For) -> None:
+        """Refuse a bound of a loop that is not within [least, most]."""
+        if isinstance(bound, Expression):
+            self.scope.limit(bound, most, node, least)
+        elif isinstance(bound, Known) and not least <= bound.value <= most:
+            raise self.scope.error(f"a loop to {bound.value} counts beyond 64 bits", node, "use floats")
 
     def is_range(self, call: ast.Call) -> bool:
         """True if what is called is Python's own function of that name."""
