@@ -7,9 +7,9 @@ import numpy as np
 
 from hydroservo import Loop, load_scenario
 from hydroservo.audits import chatter, swing
-from hydroservo.audits.audited import asked
+from hydroservo.audits.audit import assumptions_in
 from hydroservo.audits.facts import facts_of
-from hydroservo.audits.tone import SHARE
+from hydroservo.audits.monitors import SHARE
 
 LOOK_FROM = 0.75  # [s]
 LAST = 64  # samples, in which a command that never leaves its limit is lost
@@ -255,7 +255,7 @@ def judged(case: Case) -> Judged:
     limit = facts.limit
     stuck = max(u[-LAST:].min(), -u[-LAST:].max()) >= 0.999 * limit  # at one limit, and not between both
     lost = bool(data["diverged"]) or bool(stuck)
-    every = [one for block in asked(facts.loop.controller, facts) for one in block.assumptions or ()]
+    every = [one for block in assumptions_in(facts.loop.controller, facts) for one in block.assumptions or ()]
     return Judged(
         case,
         lost,

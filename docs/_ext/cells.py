@@ -22,8 +22,8 @@ from matplotlib.figure import Figure
 from hydroservo import load_scenario, simulate
 from hydroservo.core.formatting import NONE, readable_unit
 from hydroservo.figures.style import figure, style
-from hydroservo.linear.reading import READ, read_as
-from hydroservo.linear.standing import standing_of
+from hydroservo.linear.margins import MARGIN_LABELS, formatted_margin
+from hydroservo.linear.stability import stability_of
 
 __all__ = [
     "Image",
@@ -159,12 +159,15 @@ def margins(*names: str, scales: Sequence[float] = (-1.0, 0.0, 1.0)) -> Markdown
     columns = ("oscillation_gain", "gain_margin", "phase_margin", "sensitivity_peak")
     rows = []
     for name in names:
-        found = [standing_of(load_scenario(name, {"uncertainty.scale": scale})) for scale in scales]
+        found = [stability_of(load_scenario(name, {"uncertainty.scale": scale})) for scale in scales]
         *least, peaks, _ = zip(*found, strict=True)
         worst = [*map(np.min, least), np.max(peaks)]
-        texts = [read_as(value, READ[column][1], NONE) for value, column in zip(worst, columns, strict=True)]
+        texts = [
+            formatted_margin(value, MARGIN_LABELS[column][1], NONE)
+            for value, column in zip(worst, columns, strict=True)
+        ]
         rows.append((f"`{name}`", *texts))
-    return table(("", *(READ[column][0] for column in columns)), rows)
+    return table(("", *(MARGIN_LABELS[column][0] for column in columns)), rows)
 
 
 def curves(

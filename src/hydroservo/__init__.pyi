@@ -2,7 +2,7 @@
 
 from hydroservo import linear as linear
 from hydroservo._version import __version__ as __version__
-from hydroservo.audits.audited import audit as audit
+from hydroservo.audits.audit import audit as audit
 from hydroservo.control import controlled as controlled
 from hydroservo.control import controllers as controllers
 from hydroservo.control import error_dynamics as error_dynamics
@@ -24,7 +24,7 @@ from hydroservo.core.field import Field as Field
 from hydroservo.export.products import export_c as export_c
 from hydroservo.export.products import export_fmu as export_fmu
 from hydroservo.findings import plot as plot
-from hydroservo.identification.identified import identify as identify
+from hydroservo.identification.identify import identify as identify
 from hydroservo.identification.maps import map_logs as map_logs
 from hydroservo.limits import limit as limit
 from hydroservo.linear.bode import bode as bode

@@ -49,7 +49,7 @@ def finding(results: "Runs | Records") -> "Finding":
     if not is_result(results):
         return record(results).finding()
     if "frequency" in results.dims:
-        from hydroservo.linear.bode_finding import bode_finding
+        from hydroservo.linear.finding import bode_finding
 
         return bode_finding(results)
     if "run" not in results.dims:

@@ -35,12 +35,12 @@ def result_html(data: "xr.Dataset") -> str:
 
 def is_whole(data: "xr.Dataset") -> bool:
     """Whether a Dataset is a result with all that a finding needs."""
-    from hydroservo.linear.reading import READ
+    from hydroservo.linear.margins import MARGIN_LABELS
     from hydroservo.runs.arguments import is_result
     from hydroservo.runs.results import metric_fields
 
     if not is_result(data):
         return False
     if "frequency" in data.dims:
-        return set(READ) <= set(data.data_vars)
+        return set(MARGIN_LABELS) <= set(data.data_vars)
     return "diverged" in data and bool(metric_fields(data))

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from hydroservo.audits import Asked, Audit, Chatter
+from hydroservo.audits import Audit, BlockAssumptions, Chatter
 from hydroservo.audits.finding import audit_finding
 from hydroservo.core.assumptions import above
 from hydroservo.show import Cell
@@ -24,9 +24,9 @@ RESTS = Chatter(False, 0.0, math.nan, "nothing", 9.0, 0.01, 1.0)
 
 
 ASKED = (
-    Asked("controller", "TSMC", (HELD, SHORT, UNTOLD)),
-    Asked("controller.observer", "Mine", None),
-    Asked("controller.derivative", "Exact", ()),
+    BlockAssumptions("controller", "TSMC", (HELD, SHORT, UNTOLD)),
+    BlockAssumptions("controller.observer", "Mine", None),
+    BlockAssumptions("controller.derivative", "Exact", ()),
 )
 AUDIT = Audit(ASKED, False, SWINGS, "")
 

@@ -13,17 +13,10 @@ from hydroservo import simulate, simulate_batch
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import LoopError
 from hydroservo.cosimulation.instance import Instance
-from hydroservo.linear.places import is_unstable
+from hydroservo.linear.moving_margins import is_unstable
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
-from tests.support.export.foreign import (
-    DAMPING,
-    SPRING,
-    STIFFNESS,
-    by_python_fmu,
-    foreign_load,
-    with_changes,
-)
+from tests.support.export.foreign import DAMPING, SPRING, STIFFNESS, by_python_fmu, foreign_load, with_changes
 
 pytestmark = pytest.mark.slow  # each builds a library or a program
 

@@ -10,8 +10,8 @@ import pytest
 
 from hydroservo import load_scenario, simulate
 from hydroservo.core.block import value_at
-from hydroservo.linear.open_loop import opened
 from hydroservo.linear.operating_point import operating_point
+from hydroservo.linear.system import opened_variants
 from hydroservo.scenario import scenarios
 from tests.support.tiers import mostly
 
@@ -77,7 +77,7 @@ def test_the_demand_is_beyond_the_command_s_limit() -> None:
 
 def test_the_soft_axis_swings_slowly_and_long() -> None:
     loop = load_scenario("cases/soft-axis")
-    found = opened(operating_point(loop, 0.0)).loop
+    found = opened_variants(operating_point(loop, 0.0)).loop
     rates = np.log(np.linalg.eigvals(found.a).astype(complex)) / found.period
     (pole,) = rates[rates.imag > 1.0]
     plant = loop.plant

@@ -12,7 +12,7 @@ import pytest
 
 from hydroservo import linear, load_scenario, replace
 from hydroservo.audits import chatter
-from hydroservo.audits.describing import frozen
+from hydroservo.audits.describing import freeze_loop
 from tests.support.tiers import mostly
 from tools.chatter import LAWS, Case, cases, judged
 
@@ -47,7 +47,7 @@ def test_the_loops_are_those_of_the_script(script: ModuleType) -> None:
 def test_a_pi_law_swings_at_its_phase_crossover() -> None:
     """A little above its gain margin it does, at the frequency at which that is taken, and not below it."""
     loop = load_scenario("rig/1khz-pi-sine", {"controller.integral_gain": 0.0})
-    still = frozen(loop, 1.0)
+    still = freeze_loop(loop, 1.0)
     point = replace(still.loop, {"controller.proportional_gain": 1.0})
     margins = linear.margins(point, command=still.command)
     limit = margins.gain_margin

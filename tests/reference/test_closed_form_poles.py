@@ -8,8 +8,8 @@ import pytest
 from hydroservo import Loop, load_scenario, replace
 from hydroservo.control.controlled import Velocity
 from hydroservo.control.controllers import PI
-from hydroservo.linear.linearize import linearized
-from hydroservo.linear.measured import GIVEN, Experiment, measured
+from hydroservo.linear.linearize import linearization_at
+from hydroservo.linear.measurement import GIVEN, ExcitationPlan, measure_spectra
 from hydroservo.linear.operating_point import OperatingPoint, machine_point, operating_point
 from hydroservo.machine.mechanics import LuGre, Mass, SwingingLoad, Viscous
 from hydroservo.machine.plants import LoadPressurePlant
@@ -48,7 +48,7 @@ def spring(point: OperatingPoint) -> float:
 
 def assert_poles(point: OperatingPoint, expected: list[complex]) -> None:
     """Each pole by its natural frequency and damping ratio, to 1e-6."""
-    poles = linearized(point, "machine").poles
+    poles = linearization_at(point, "machine").poles
     for root in expected:
         found = complex(poles[np.abs(poles - root).argmin()])
         assert abs(found) == pytest.approx(abs(root), rel=1e-6)
@@ -132,7 +132,7 @@ def test_a_pump_between_the_ports_has_the_poles_of_motor_and_oil(speed_gain: flo
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
 def test_a_valve_with_overlap_has_the_describing_function_of_a_dead_band(share: float) -> None:
     """N = 1 - 2/pi (asin d + d sqrt(1 - d^2)), d = overlap/A: Gelb, Vander Velde, 1968, ch. 2."""
-    amplitude, plan = 2.0, Experiment(np.array([4]), 1000, 2, 1, seed=0)  # 4 Hz
+    amplitude, plan = 2.0, ExcitationPlan(np.array([4]), 1000, 2, 1, seed=0)  # 4 Hz
 
     def gain(lap: float) -> complex:
         loop = axis(
@@ -147,7 +147,7 @@ def test_a_valve_with_overlap_has_the_describing_function_of_a_dead_band(share: 
             }
         )
         point = operating_point(loop, 0.0)
-        heard = measured(loop, point, "command", amplitude, plan, ["plant.velocity"])
+        heard = measure_spectra(loop, point, "command", amplitude, plan, ["plant.velocity"])
         return complex(heard.response("plant.velocity", GIVEN)[0])
 
     function = 1.0 - 2.0 / math.pi * (math.asin(share) + share * math.sqrt(1.0 - share**2))

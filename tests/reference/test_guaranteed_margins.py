@@ -9,8 +9,8 @@ from hydroservo.control.synthesis.linear_model import at_rest
 from hydroservo.control.synthesis.lqr import lqr
 from hydroservo.control.synthesis.riccati import solution
 from hydroservo.control.synthesis.sampled import under_held_input
-from hydroservo.linear.margins import Margins, margins_of
-from hydroservo.linear.open_loop import OpenLoop
+from hydroservo.linear.margins import Margins, opened_loop_margins
+from hydroservo.linear.system import OpenedLoop
 from hydroservo.machine.plants import DesignModel
 from hydroservo.testing.examples import example
 
@@ -28,7 +28,7 @@ def test_a_fast_sampled_law_bears_half_its_gain_any_more_and_sixty_degrees(name:
     period = 1e-4 / speed
     moved, held = under_held_input(rates, driven, period)
     gain = lqr(moved, held, np.ones(len(held)), effort)
-    found = margins_of(OpenLoop(moved, held, -gain, period))
+    found = opened_loop_margins(OpenedLoop(moved, held, -gain, period))
     assert found.stable
     assert found.sensitivity_peak == pytest.approx(1.0, abs=2e-3)
     assert found.gain_reduction_margin < 0.5 + 1e-3
@@ -46,7 +46,9 @@ def estimating(weight: float, period: float = 1e-4) -> Margins:
     heard = moved @ p @ seen.T / (seen @ p @ seen.T + 1.0 / period)
     inside = moved - driven @ gain - heard @ seen
     whole = np.block([[moved, np.zeros((2, 2))], [heard @ seen, inside]])
-    return margins_of(OpenLoop(whole, np.append(held, [0.0, 0.0]), -np.append([0.0, 0.0], gain), period))
+    return opened_loop_margins(
+        OpenedLoop(whole, np.append(held, [0.0, 0.0]), -np.append([0.0, 0.0], gain), period)
+    )
 
 
 @pytest.mark.parametrize("weight", [5.0, 60.0, 1000.0])

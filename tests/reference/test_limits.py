@@ -14,7 +14,7 @@ from hydroservo.control.references import Sine, Step
 from hydroservo.core.block import Field
 from hydroservo.core.signals import MachineOutputs, PortFlows, Pressures
 from hydroservo.limits.command import Playback, command_limits
-from hydroservo.limits.machine import lawless, machine_limits
+from hydroservo.limits.least_error import machine_limits, without_law
 from hydroservo.machine.drives.ports import Ports
 from hydroservo.machine.loads import Constant
 from hydroservo.machine.valves import StaticValve
@@ -200,7 +200,7 @@ def test_a_law_that_diverges_has_the_limits_of_one_that_does_not():
 def test_limits_without_a_law_are_those_with_one():
     """A search that begins with a machine at rest ends where one does that begins with a law's run."""
     loop = replace(load_scenario("rig/1khz-pi-square"), QUICK)
-    found, alone = limit(loop), machine_limits(lawless(loop), command_limits(loop))
+    found, alone = limit(loop), machine_limits(without_law(loop), command_limits(loop))
     assert alone.converged
     assert alone.clairvoyant == pytest.approx(float(found.clairvoyant["rms_error"]), rel=1e-6)
     assert alone.causal == pytest.approx(float(found.causal["rms_error"]), rel=1e-6)

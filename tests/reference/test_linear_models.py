@@ -13,12 +13,12 @@ from hydroservo.control.holds import DelayedHold
 from hydroservo.control.loop import Loop
 from hydroservo.interop import from_statespace, to_nlsys, to_statespace
 from hydroservo.linear import Linearization, margins
-from hydroservo.linear.linearize import linearized
-from hydroservo.linear.measured import ASKED, GIVEN, Experiment, measured
+from hydroservo.linear.linearize import linearization_at
+from hydroservo.linear.measurement import ASKED, GIVEN, ExcitationPlan, measure_spectra
 from hydroservo.linear.operating_point import OperatingPoint, machine_point, operating_point
-from hydroservo.linear.parts import parts_of
-from hydroservo.linear.responses import responses
+from hydroservo.linear.system import part_slopes
 from hydroservo.linear.textbook import textbook
+from hydroservo.linear.view import responses
 from hydroservo.machine.mechanics import Viscous
 
 SYMMETRIC = [  # the machines of a load pressure, and commands [V]
@@ -68,7 +68,7 @@ def test_a_symmetric_machine_has_the_frequency_and_damping_of_the_textbook(name:
     spring = 4.0 * plant.bulk_modulus / plant.total_volume
     frequency = math.sqrt(spring * (plant.piston_area**2 + plant.damping * leak) / plant.mass)
     damping = (plant.damping / plant.mass + spring * leak) / (2.0 * frequency)
-    model = linearized(point, "machine")
+    model = linearization_at(point, "machine")
     roots = np.roots([1.0, 2.0 * damping * frequency, frequency**2]).tolist()
     first, second = (nearest_pole(model, root) for root in roots)
     assert (first, second) == pytest.approx(tuple(roots), rel=1e-6)
@@ -115,7 +115,7 @@ def test_a_cylinder_has_the_poles_of_its_two_columns_of_oil(name: str, command: 
     both = own_a * own_b - by_a * by_b
     roots = np.roots([1.0, b + own_a + own_b, b * (own_a + own_b) + both + spring, b * both + crossed / mass])
     (expected,) = [root for root in roots.tolist() if root.imag > 0.0]
-    found = nearest_pole(linearized(point, "machine"), expected)
+    found = nearest_pole(linearization_at(point, "machine"), expected)
     assert abs(found) == pytest.approx(abs(expected), rel=1e-6)
     assert -found.real / abs(found) == pytest.approx(-expected.real / abs(expected), rel=1e-6)
     book = textbook(point)
@@ -213,15 +213,15 @@ def test_a_law_that_saturates_has_the_describing_function_of_saturation() -> Non
     """N = 2/pi (asin d + d sqrt(1 - d^2)), d = limit/A: Gelb, Vander Velde, 1968, ch. 2."""
     loop = replace(load_scenario("rig/1khz-pi-sine"), {"controller": PI(2.0, 0.0)})
     point = operating_point(loop, 0.0)
-    plan = Experiment(np.array([40]), 500, 2, 1, seed=0)  # 80 Hz
+    plan = ExcitationPlan(np.array([40]), 500, 2, 1, seed=0)  # 80 Hz
     w = plan.frequencies(loop.simulation.period)
-    parts, _, _ = parts_of(point)
+    parts, _, _ = part_slopes(point)
     opened = responses(point, parts, w).curves["open"]
-    free = measured(loop, point, "command", 1e-3, plan, [])
+    free = measure_spectra(loop, point, "command", 1e-3, plan, [])
     assert free.response(ASKED, GIVEN) == pytest.approx(-opened, rel=1e-3)
     for limit in (4e-4, 2e-4, 5e-5):
         held = replace(loop, {"controller": PI(2.0, 0.0, saturation=Saturation(limit))})
-        heard = measured(held, operating_point(held, 0.0), "command", 1e-3, plan, [])
+        heard = measure_spectra(held, operating_point(held, 0.0), "command", 1e-3, plan, [])
         given = 2.0 * float(np.abs(heard.spectra[GIVEN]).mean()) / plan.period
         share = limit / (given * float(np.abs(opened[0])))
         assert share < 1.0

@@ -8,8 +8,8 @@ import pytest
 
 from hydroservo import ParameterError, bode, load_scenario, replace
 from hydroservo.linear.operating_point import operating_point
-from hydroservo.linear.parts import parts_of
-from hydroservo.linear.responses import responses
+from hydroservo.linear.system import part_slopes
+from hydroservo.linear.view import responses
 
 CLEAN = 0.9995  # coherence: of 32 spectra or more a response spreads by 0.02 dB and 0.2 degrees then
 LIVELY = {
@@ -57,7 +57,7 @@ def assert_agree(name: str, changes: dict[str, Any], asked: dict[str, Any]) -> N
     data = bode(loop, **{"realisations": 16, **asked})
     assert "slope" not in data.attrs.get("warning", "")
     point = operating_point(loop, asked.get("command"))
-    model = responses(point, parts_of(point)[0], 2.0 * math.pi * data["tone"].values).curves
+    model = responses(point, part_slopes(point)[0], 2.0 * math.pi * data["tone"].values).curves
     for curve in RESPONSES:
         clean = data[f"{curve}_coherence"].values > CLEAN
         assert curve != "machine" or clean.mean() > 0.2

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 import hydroservo as hs
 from hydroservo.identification import Identified
-from hydroservo.identification.experiment import experiment, predicted
+from hydroservo.identification.experiment import experiment, predict_traces
 from hydroservo.identification.log import OUTPUTS
 from hydroservo.identification.segments import Segment
 from tests.support.axes import AXIS, COMMANDED, step
@@ -52,7 +52,7 @@ def moves(
     command = levels[np.searchsorted(jumps, np.arange(samples), side="right")]
     loop = hs.load_scenario(AXIS, LOADED | changes)
     one = experiment(loop, Segment(0, 0.0, PERIOD, {"command": command}, {}), ("plant.stroke",), 40)
-    shown = predicted(one, {"plant.stroke": np.array([loop.plant.stroke])}, 1)[:, :, 0]
+    shown = predict_traces(one, {"plant.stroke": np.array([loop.plant.stroke])}, 1)[:, :, 0]
     log = {"time": PERIOD * np.arange(samples), "command": command}
     for name in signals:
         values = shown[:, list(OUTPUTS).index(name)]

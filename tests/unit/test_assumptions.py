@@ -8,9 +8,9 @@ from typing import NamedTuple
 import pytest
 
 from hydroservo import load_scenario
-from hydroservo.audits.audited import Asked, asked
+from hydroservo.audits.audit import BlockAssumptions, assumptions_in
 from hydroservo.audits.facts import LoopFacts
-from hydroservo.audits.lumped import CommandPeaksValues, LumpedValues
+from hydroservo.audits.monitors import CommandPeaksValues, LumpedValues
 from hydroservo.control.controllers import PI
 from hydroservo.core.assumptions import Assumption, Peak, above, below, near, per_second
 from hydroservo.core.block import model_in
@@ -36,7 +36,7 @@ def facts(
 def named(name: str, path: str, told: LoopFacts) -> Assumption:
     (only,) = (
         one
-        for block in asked(told.loop.controller, told)
+        for block in assumptions_in(told.loop.controller, told)
         if block.path == path
         for one in block.assumptions or ()
         if one.name == name
@@ -124,12 +124,12 @@ def test_a_valve_that_follows_at_once_has_no_lag() -> None:
     assert facts("rig/1khz-tsmc-sine", {"valve.time_constant": 1e-300}).valve_lag == 0.0
 
 
-def every_block() -> Iterator[Asked]:
+def every_block() -> Iterator[BlockAssumptions]:
     """The blocks of the laws of the built-in scenarios, and what each supposes."""
     for name in scenarios():
         if name.startswith("laws/") and name.endswith("sine"):
             told = replace(facts(name), loop=ready(load_scenario(name)))
-            yield from asked(told.loop.controller, told)
+            yield from assumptions_in(told.loop.controller, told)
 
 
 @pytest.mark.slow
@@ -171,7 +171,7 @@ class Silent(NamedTuple):
 
 def test_a_law_that_brings_no_assumptions_is_listed_as_silent() -> None:
     told = facts("rig/1khz-pi-sine")
-    outer, inner = asked(Silent(told.loop.controller), told)
+    outer, inner = assumptions_in(Silent(told.loop.controller), told)
     assert (outer.path, outer.block, outer.assumptions) == ("controller", "Silent", None)
     assert inner.path == "controller.controller"
     assert {one.name for one in inner.assumptions or ()} == {"small motions", "limits"}

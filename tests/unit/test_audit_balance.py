@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hydroservo.audits.chatter import chatter_of, limit_cycles
-from hydroservo.audits.describing import Describing, limited
-from hydroservo.audits.tone import swing
+from hydroservo.audits.describing import DescribingFunction, limited_fundamental
+from hydroservo.audits.monitors import swing
 
 LIMIT = 10.0
 A, W = np.geomspace(1e-4, 14.0, 30), np.geomspace(5.0, 3000.0, 200)
@@ -19,8 +19,8 @@ def third_order(gain: float) -> np.ndarray:
     return -gain / (s * (s / 100.0 + 1.0) ** 2)
 
 
-def of(gains: np.ndarray, swing: float = 0.0, frequency: float = 0.0) -> Describing:
-    return Describing(A, W, gains, swing, frequency)
+def of(gains: np.ndarray, swing: float = 0.0, frequency: float = 0.0) -> DescribingFunction:
+    return DescribingFunction(A, W, gains, swing, frequency)
 
 
 def test_a_relay() -> None:
@@ -35,7 +35,9 @@ def test_a_relay() -> None:
 @pytest.mark.parametrize(("gain", "swings"), [(150.0, False), (400.0, True)])
 def test_a_limit_makes_an_unstable_loop_swing_and_leaves_a_stable_one(gain: float, swings: bool) -> None:
     answers = np.outer(A, third_order(gain))
-    cut = limited(answers.ravel(), LIMIT, np.ones(answers.size, dtype=bool)).reshape(answers.shape)
+    cut = limited_fundamental(answers.ravel(), LIMIT, np.ones(answers.size, dtype=bool)).reshape(
+        answers.shape
+    )
     found = chatter_of(of(cut / A[:, np.newaxis]), LIMIT, 0.0)
     assert found.chatters is swings
     if swings:  # the saturation's describing function is 200/400 at a swing of 2.474 limits at its input

@@ -6,10 +6,16 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.audits import Audit, Chatter
-from hydroservo.audits.audited import Strain, strain, strain_monitors
+from hydroservo.audits.audit import Strain, strain, strain_monitors
 from hydroservo.audits.facts import facts_of
-from hydroservo.audits.finding import verdicts
-from hydroservo.audits.sustained import CAUSES, OSCILLATION, Remains, Sustained, sustained
+from hydroservo.audits.finding import audit_lines
+from hydroservo.audits.oscillation import (
+    CAUSES,
+    OSCILLATION,
+    Remains,
+    SustainedOscillation,
+    sustained_oscillation,
+)
 from hydroservo.control.loop import Loop
 from hydroservo.show import Mark
 from tests.support.brink import at_the_brink
@@ -30,14 +36,14 @@ SWITCHING = {"controller.controller.observer.realisation": {"type": "Explicit"}}
 RESTS = Chatter(False, 0.0, math.nan, "nothing", 0.0, 0.01, 1.0)
 
 
-def oscillation_of(loop: Loop) -> Sustained:
+def oscillation_of(loop: Loop) -> SustainedOscillation:
     _, run = facts_of(loop, ["controller.u"], [OSCILLATION])
-    found = sustained(loop, run)
+    found = sustained_oscillation(loop, run)
     assert found is not None
     return found
 
 
-def causes_of(found: Sustained) -> list[str]:
+def causes_of(found: SustainedOscillation) -> list[str]:
     return [one.cause for one in found.causes]
 
 
@@ -103,18 +109,18 @@ def test_a_loop_has_the_causes_that_are_in_it() -> None:
 
 def test_the_run_wins_over_the_forecast() -> None:
     left = (Remains("gain", "at half the gain", 0.0, True), Remains("sampling", "faster", 0.5, False))
-    swings = Sustained(1e-3, "m", 0.5, 8.0, 0.0, 0.0, left)
-    run, forecast = verdicts(Audit((), False, RESTS, "", swings))
+    swings = SustainedOscillation(1e-3, "m", 0.5, 8.0, 0.0, 0.0, left)
+    run, forecast = audit_lines(Audit((), False, RESTS, "", swings))
     assert (run.lead, run.mark) == ("The run oscillates", Mark.BAD)
     assert run.rest == ", by 500 mV and 1.00 mm at 8.00 Hz to its end. It dies out at half the gain."
     assert "No chatter" not in forecast.lead
     assert "noise and steps of sensors" in forecast.rest
     both = swings._replace(remains=tuple(one._replace(ends=True) for one in left))
-    assert "It needs both" in verdicts(Audit((), False, RESTS, "", both))[0].rest
+    assert "It needs both" in audit_lines(Audit((), False, RESTS, "", both))[0].rest
     neither = swings._replace(remains=left[1:])
     assert (
         "No single cause was found; tried were sampling."
-        in verdicts(Audit((), False, RESTS, "", neither))[0].rest
+        in audit_lines(Audit((), False, RESTS, "", neither))[0].rest
     )
 
 
@@ -126,7 +132,7 @@ def test_pressures_and_the_limit_of_the_command() -> None:
     assert found.pressure_max == pytest.approx(float(hs.simulate(loop)["pressure_max"]))
     assert found.pressure_max > 215e5
     assert (found.above_supply, found.limited) == (True, 0.0)
-    low = verdicts(Audit((), False, RESTS, "", None, found))[1]
+    low = audit_lines(Audit((), False, RESTS, "", None, found))[1]
     assert low.lead == "A chamber is below atmospheric pressure for 995 ms"  # but no vacuum
     bang_bang = hs.load_scenario("rig/1khz-pi-sine", {"controller.proportional_gain": "30 V s/m"})
     _, run = facts_of(bang_bang, ["controller.u"], strain_monitors(bang_bang))
@@ -136,7 +142,7 @@ def test_pressures_and_the_limit_of_the_command() -> None:
     assert limited.limited > 0.1
     leads = [
         one.lead
-        for one in verdicts(Audit((), False, RESTS, "", None, Strain(-1.01e5, 0.1, 300e5, 210e5, 0.2)))
+        for one in audit_lines(Audit((), False, RESTS, "", None, Strain(-1.01e5, 0.1, 300e5, 210e5, 0.2)))
     ]
     assert leads[1:] == [
         "A chamber cavitates",

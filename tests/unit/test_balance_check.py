@@ -5,7 +5,7 @@ import pytest
 
 from hydroservo.identification.log import read_logs
 from hydroservo.identification.log_check import Resistance, balance_problem, pressure_problem
-from hydroservo.identification.segments import understood
+from hydroservo.identification.segments import understand_log
 
 TIME = np.arange(0.0, 20.0, 5e-3)
 UNEQUAL, EQUAL = (12e-4, 8e-4), (10e-4, 10e-4)
@@ -46,7 +46,7 @@ def without(name):
 
 def problem(given, areas, driven=True):
     (read,) = read_logs([given], {}, ("time",))
-    return balance_problem(understood(read).segments, areas, driven=driven)
+    return balance_problem(understand_log(read).segments, areas, driven=driven)
 
 
 @pytest.mark.parametrize("areas", [UNEQUAL, EQUAL])

@@ -13,12 +13,12 @@ from hydroservo.control.holds import DelayedHold
 from hydroservo.figures.bode import plot_bode
 from hydroservo.linear import margins
 from hydroservo.linear.bode import bode_over
-from hydroservo.linear.bode_finding import bode_finding
-from hydroservo.linear.excitation import Chirp
-from hydroservo.linear.measured_margins import measured_margins
+from hydroservo.linear.excitation import ExcitationChirp
+from hydroservo.linear.finding import bode_finding
+from hydroservo.linear.measurement import measured_margins
 from hydroservo.linear.operating_point import operating_point
-from hydroservo.linear.parts import parts_of
-from hydroservo.linear.responses import responses
+from hydroservo.linear.system import part_slopes
+from hydroservo.linear.view import responses
 from hydroservo.show import Mark
 from tests.support.brink import at_the_brink
 
@@ -40,7 +40,7 @@ def found() -> xr.Dataset:
 
 def model_at_tones(loop: Loop, data: xr.Dataset) -> dict[str, np.ndarray]:
     point = operating_point(loop, None)
-    parts, _, _ = parts_of(point)
+    parts, _, _ = part_slopes(point)
     return dict(responses(point, parts, 2.0 * math.pi * data["tone"].values).curves)
 
 
@@ -66,7 +66,7 @@ def test_a_chirp_measures_the_same() -> None:
 
 
 def test_a_chirp_has_the_derivatives_that_it_says() -> None:
-    chirp = Chirp(1.3, 5.0, math.log(180.0), 2.0, 0.7)
+    chirp = ExcitationChirp(1.3, 5.0, math.log(180.0), 2.0, 0.7)
     step = 1e-6
     for t in np.linspace(0.0005, 3.9, 400).tolist():
         before, after = chirp.at(t - step), chirp.at(t + step)

@@ -4,7 +4,7 @@ import pytest
 import hydroservo as hs
 from hydroservo.core.errors import ParameterError
 from hydroservo.identification import compare
-from hydroservo.identification.comparison import independent_samples
+from hydroservo.identification.conclusions import independent_samples
 from tests.support.synthetic_logs import SCENARIO, SHORT, exact_log, recorded
 
 pytestmark = pytest.mark.slow  # each fits a log

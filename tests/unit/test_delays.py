@@ -7,8 +7,8 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.core.errors import ParameterError, ScenarioError
-from hydroservo.identification.conclusions import of_delay
-from hydroservo.identification.search import lag, left
+from hydroservo.identification.conclusions import delay_remarks
+from hydroservo.identification.search import best_lag, remaining_variance
 from tests.support.axes import AXIS
 from tests.support.commanded_logs import LOADED, fit, moves
 
@@ -57,7 +57,7 @@ def test_a_delay_of_a_few_samples_is_not_at_the_end_of_a_long_range(delay, lines
     log = SimpleNamespace(
         delay=(1e-3 * delay, 0.0), understood=SimpleNamespace(segments=[SimpleNamespace(period=1e-3)])
     )
-    assert len([*of_delay(log, SimpleNamespace(low=-1.5, high=1000.0, scale=1e-3))]) == lines
+    assert len([*delay_remarks(log, SimpleNamespace(low=-1.5, high=1000.0, scale=1e-3))]) == lines
 
 
 def test_a_range_of_delays_that_is_none_is_one_line(log):
@@ -74,12 +74,12 @@ def test_the_lag_that_leaves_least_is_that_of_all_that_are_tried(least):
     measured = {name: np.roll(values, 9) + 5.0 for name, values in shown.items()}
     measured["position"][40:60] = np.nan
     weights = {"velocity": 1.0, "position": 3.0}
-    every = [left(measured, shown, weights, shift) for shift in range(least, 31)]
-    assert lag(measured, shown, weights, least, 30) == least + int(np.argmin(every)) == 9
+    every = [remaining_variance(measured, shown, weights, shift) for shift in range(least, 31)]
+    assert best_lag(measured, shown, weights, least, 30) == least + int(np.argmin(every)) == 9
 
 
 def test_a_motion_to_and_fro_is_not_taken_to_come_a_period_later():
     rng = np.random.default_rng(5)
     shown = np.sin(2.0 * np.pi * np.arange(2000) / 100.0)
     measured = np.concatenate([np.zeros(7), shown[:-7]]) + 0.3 * rng.normal(size=2000)
-    assert lag({"position": measured}, {"position": shown}, {"position": 1.0}, -1, 200) == 7
+    assert best_lag({"position": measured}, {"position": shown}, {"position": 1.0}, -1, 200) == 7

@@ -10,9 +10,8 @@ from hydroservo.control.controlled import Force, Position
 from hydroservo.control.controllers import PI, PID, Cascade, DirectionalGain, InvertedPolarity, OpenLoop
 from hydroservo.control.references import Sine
 from hydroservo.core.errors import ParameterError
-from hydroservo.linear.axis import Axis, stable_gain
-from hydroservo.linear.first_guess import FirstGuess, feedforward_of, first_guess
-from hydroservo.linear.places import SHARES, largest_command, while_moving
+from hydroservo.linear.first_guess import FirstGuess, HydraulicAxis, feedforward_of, first_guess, stable_gain
+from hydroservo.linear.moving_margins import SHARES, largest_command, points_in_motion
 from hydroservo.machine.theory import damping_ratio, natural_frequency
 
 OF_A_RUN = {"simulation.duration": 0.2, "simulation.period": 1e-5}
@@ -28,7 +27,7 @@ def least_margins(loop: Loop, changes: Mapping[str, float]) -> tuple[float, floa
     """The least gain margin [dB] and phase margin [deg] of a loop with other gains, where it is guessed."""
     largest = largest_command(loop)
     least = min(map(abs, SHARES)) * largest
-    every = while_moving(replace(loop, changes), largest)
+    every = points_in_motion(replace(loop, changes), largest)
     found = [at.margins for point, at in every if abs(point.command) >= least]
     assert found
     assert all(one.stable for one in found)
@@ -127,7 +126,10 @@ def test_a_cascade_is_slower_than_its_velocity_law(position: Loop) -> None:
 
 
 def test_a_feedforward_has_what_an_overlap_takes() -> None:
-    ways = [Axis(100.0, 0.1, 0.1, 20.0, 0.1 * (u - math.copysign(0.5, u)), u) for u in (-2.0, -1.0, 1.0, 2.0)]
+    ways = [
+        HydraulicAxis(100.0, 0.1, 0.1, 20.0, 0.1 * (u - math.copysign(0.5, u)), u)
+        for u in (-2.0, -1.0, 1.0, 2.0)
+    ]
     assert feedforward_of(ways) == pytest.approx(2.0 / 0.15)
     assert feedforward_of(ways[:1]) == pytest.approx(10.0)
 

@@ -4,17 +4,17 @@ import pytest
 import hydroservo as hs
 from hydroservo.core.block import value_at
 from hydroservo.core.errors import ParameterError, ScenarioError
-from hydroservo.identification.conclusions import of_log
-from hydroservo.identification.experiment import experiment, predicted
-from hydroservo.identification.identified import sought
-from hydroservo.identification.log import OUTPUTS, checked_log
-from hydroservo.identification.observer import shifted, slope_of_shift
-from hydroservo.identification.problem_setup import problem_of
+from hydroservo.identification.conclusions import log_remarks
+from hydroservo.identification.experiment import experiment, predict_traces
+from hydroservo.identification.identify import sought_variations
+from hydroservo.identification.log import OUTPUTS, log_of_arrays
+from hydroservo.identification.observer import shift_signals, slope_of_shift
+from hydroservo.identification.problem_setup import fit_problem
 from hydroservo.identification.quality import unfit_reason, whiteness
 from hydroservo.identification.regression import long_run_covariance
-from hydroservo.identification.search import lag
-from hydroservo.identification.segments import understood
-from hydroservo.identification.uncertainty import in_groups
+from hydroservo.identification.search import best_lag
+from hydroservo.identification.segments import understand_log
+from hydroservo.identification.uncertainty import group_sums
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario.load import assemble
 from hydroservo.scenario.ranges import as_entries
@@ -41,12 +41,12 @@ def found():
 
 
 def test_a_recorded_command_makes_the_machine_do_what_it_did():
-    log = checked_log(exact_log(BRIEF), "log")
+    log = log_of_arrays(exact_log(BRIEF), "log")
     loop = hs.load_scenario(SCENARIO, BRIEF)
-    (segment,) = understood(log).segments
+    (segment,) = understand_log(log).segments
     played = experiment(loop, segment, tuple(RANGES), 3)
     began = {path: np.full(2, log.signals[path.rpartition(".")[2]][0]) for path in played.start}
-    shown = predicted(played, {"plant.mass": np.array([6.0, 7.0]), **began}, 1)
+    shown = predict_traces(played, {"plant.mass": np.array([6.0, 7.0]), **began}, 1)
     places = list(OUTPUTS)
     for name in ("velocity", "hydraulic_force"):
         np.testing.assert_allclose(
@@ -88,7 +88,7 @@ def test_a_signal_of_something_else_is_said(found):
     problem = "the model explains 20 % of its variance; check its unit, its sign and its column"
     assert unfit_reason(wrong, 0.0) == problem
     of_fit = fit._replace(signals={"velocity": wrong._replace(problem=problem)})
-    assert f"the model does not fit velocity: {problem}" in list(of_log(of_fit))
+    assert f"the model does not fit velocity: {problem}" in list(log_remarks(of_fit))
 
 
 def test_a_model_fits_where_only_rounding_or_the_sensors_noise_is_left(found):
@@ -123,7 +123,7 @@ def test_only_numbers_of_the_machine_are_sought():
 def test_a_shift_is_exact_for_cubics_and_its_slope_too():
     k = np.arange(50.0)
     values = 1.0 + k - 0.1 * k**2 + 0.003 * k**3
-    late = shifted(values, 3.3)
+    late = shift_signals(values, 3.3)
     at = k - 3.3
     np.testing.assert_allclose(late[6:], (1.0 + at - 0.1 * at**2 + 0.003 * at**3)[6:], rtol=1e-12)
     assert late[0] == values[0]
@@ -135,7 +135,7 @@ def test_a_lag_is_told():
     rng = np.random.default_rng(0)
     shown = {"velocity": np.cumsum(rng.normal(size=500))}
     measured = {"velocity": np.concatenate([np.zeros(7), shown["velocity"][:-7]]) + 3.0}
-    assert lag(measured, shown, {"velocity": 1.0}, -1, 20) == 7
+    assert best_lag(measured, shown, {"velocity": 1.0}, -1, 20) == 7
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])
@@ -156,16 +156,18 @@ def test_a_signal_measured_more_rarely_has_the_same_part_in_a_sum():
     for k in range(2, len(rows), 2):
         rows[k] = 0.8 * rows[k - 2] + rng.normal()
     dense = long_run_covariance([rows[::2]])
-    np.testing.assert_array_equal(long_run_covariance([in_groups(rows, 2)]), dense)
+    np.testing.assert_array_equal(long_run_covariance([group_sums(rows, 2)]), dense)
     assert long_run_covariance([rows])[0, 0] < 0.5 * dense[0, 0]  # zeros between hide what hangs together
 
 
 def test_arguments_of_constructors_are_sought_from_the_scenarios_own_values():
     assembly = assemble("axis/position")
-    varied = sought(assembly, as_entries({"valve.orifice.rated_flow": "-50%..+100%"}))
+    varied = sought_variations(assembly, as_entries({"valve.orifice.rated_flow": "-50%..+100%"}))
     time = 1e-3 * np.arange(50)
-    log = understood(checked_log({"time": time, "command": np.sin(time), "position": 0.1 + time}, "log"))
-    problem = problem_of(assembly, varied, [], [log], 1)
+    log = understand_log(
+        log_of_arrays({"time": time, "command": np.sin(time), "position": 0.1 + time}, "log")
+    )
+    problem = fit_problem(assembly, varied, [], [log], 1)
     own = problem.columns(problem.space.values(problem.usual[np.newaxis, :1]))
     assert own["valve.orifice.area_gradient"] == pytest.approx(assembly.loop.valve.orifice.area_gradient)
 

@@ -11,11 +11,10 @@ from hydroservo.control.controllers import DAC, PI, Delay, OpenLoop, RateLimit, 
 from hydroservo.control.references import Ramp, Sine, Square
 from hydroservo.core.block import Field, values
 from hydroservo.core.states import filled
-from hydroservo.limits.command import CommandLimits, command_limits, loosest
-from hydroservo.limits.foreknown import expected, foreknown, jumps
-from hydroservo.limits.interval import machine_functions
-from hydroservo.limits.machine import lawless
-from hydroservo.limits.search import surprises
+from hydroservo.limits.command import CommandLimits, command_limits, loosest_limits
+from hydroservo.limits.least_error import without_law
+from hydroservo.limits.problem import machine_functions
+from hydroservo.limits.search import expected_course, foreknowledge, jump_steps, surprises
 from hydroservo.machine.integrators import Tsit5
 from hydroservo.machine.loads import Step as LoadStep
 from hydroservo.machine.mechanics.viscous import ViscousState
@@ -84,15 +83,15 @@ class Choosy(NamedTuple):
 
 def test_the_loosest_limits_allow_what_any_law_may_give():
     laws = [DAC(PI(1.0, 1.0), limit=5.0), Delay(RateLimit(PI(1.0, 1.0), 30.0)), DAC(PI(1.0, 1.0), limit=8.0)]
-    found = loosest([command_limits(rig()._replace(controller=law)) for law in laws])
+    found = loosest_limits([command_limits(rig()._replace(controller=law)) for law in laws])
     assert found == CommandLimits(10.0, np.inf, 0, 1e-3)
 
 
 def test_a_loop_without_a_law_is_the_same_whatever_law_it_had():
     one, other = (replace(load_scenario(f"rig/{name}-square"), {}) for name in ("1khz-pi", "noisy-1khz-tsmc"))
     assert scenario_text(one) != scenario_text(other)
-    assert scenario_text(lawless(one)) == scenario_text(lawless(other))
-    assert scenario_text(lawless(one)) != scenario_text(lawless(rig(**{"plant.mass": 7.0})))
+    assert scenario_text(without_law(one)) == scenario_text(without_law(other))
+    assert scenario_text(without_law(one)) != scenario_text(without_law(rig(**{"plant.mass": 7.0})))
 
 
 def test_a_block_that_cannot_be_written_with_symbols_is_named():
@@ -117,28 +116,28 @@ def test_a_law_without_a_limit_has_its_valves():
 
 def test_jumps_are_seen_and_what_is_smooth_is_not():
     samples = 300
-    square = foreknown(rig(reference=Square(0.03, 0.2), load=LoadStep(0.0, 50.0, 0.25)), samples)
-    assert [(found / 10).tolist() for found in jumps(square)] == [[100.0, 200.0], [250.0]]
-    ramp = foreknown(rig(reference=Ramp(0.0, 0.01, 0.1, 0.05)), samples)
-    assert [(found / 10).tolist() for found in jumps(ramp)] == [[50.0, 150.0], []]
-    sine = foreknown(rig(reference=Sine(0.03, 20.0)), samples)
-    assert not any(found.size for found in jumps(sine))
+    square = foreknowledge(rig(reference=Square(0.03, 0.2), load=LoadStep(0.0, 50.0, 0.25)), samples)
+    assert [(found / 10).tolist() for found in jump_steps(square)] == [[100.0, 200.0], [250.0]]
+    ramp = foreknowledge(rig(reference=Ramp(0.0, 0.01, 0.1, 0.05)), samples)
+    assert [(found / 10).tolist() for found in jump_steps(ramp)] == [[50.0, 150.0], []]
+    sine = foreknowledge(rig(reference=Sine(0.03, 20.0)), samples)
+    assert not any(found.size for found in jump_steps(sine))
 
 
 def test_until_a_jump_is_there_a_demand_goes_on_and_a_load_stays():
-    known = foreknown(rig(reference=Ramp(0.0, 0.01, 0.1, 0.05), load=LoadStep(0.0, 50.0, 0.1)), 300)
-    before = expected(known, 1)
+    known = foreknowledge(rig(reference=Ramp(0.0, 0.01, 0.1, 0.05), load=LoadStep(0.0, 50.0, 0.1)), 300)
+    before = expected_course(known, 1)
     assert not before.demand.any()
     assert not before.force.any()
-    on_the_way = expected(known, 501)
+    on_the_way = expected_course(known, 501)
     assert on_the_way.demand[1500:] == pytest.approx(0.1 * (np.arange(1500, 3000) * 1e-4 - 0.05))
     assert np.array_equal(on_the_way.demand[:1500], known.demand[:1500])
     assert not on_the_way.force.any()
-    assert np.array_equal(expected(known, 1501).demand, known.demand)
+    assert np.array_equal(expected_course(known, 1501).demand, known.demand)
 
 
 def test_a_delayed_law_tells_of_a_jump_later():
-    known = foreknown(rig(reference=Square(0.03, 0.2)), 150)
+    known = foreknowledge(rig(reference=Square(0.03, 0.2)), 150)
     assert surprises(known, CommandLimits(10.0, np.inf, 0, 1e-3), 150) == [0, 100, 150]
     assert surprises(known, CommandLimits(10.0, np.inf, 3, 1e-3), 150) == [0, 103, 150]
 

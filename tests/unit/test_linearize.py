@@ -12,7 +12,7 @@ from hydroservo.control.holds import DelayedHold
 from hydroservo.control.references import Ramp
 from hydroservo.core.command_scale import CommandScale, commands_in
 from hydroservo.linear import Linearization
-from hydroservo.linear.linearization_finding import linearization_finding
+from hydroservo.linear.finding import linearization_finding
 from hydroservo.machine.loads import Constant
 from hydroservo.machine.starts import Steady
 from hydroservo.runs.provenance import scenario_hash

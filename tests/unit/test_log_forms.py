@@ -8,7 +8,7 @@ import pytest
 
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.field import Field
-from hydroservo.identification.log import Log, read_log
+from hydroservo.identification.log import SignalLog, read_log
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.records.series import read_series
 from tests.support.bases import on_base
@@ -33,7 +33,7 @@ def instants(write, first: str = "2024-05-01T08:00:00") -> str:
     return "\n".join(["time;command [V];position [mm]", *lines]) + "\n"
 
 
-def assert_is_the_log(log: Log) -> None:
+def assert_is_the_log(log: SignalLog) -> None:
     np.testing.assert_allclose(log.time - log.time[0], TIME, atol=1e-12)
     np.testing.assert_allclose(log.signals["command"], COMMAND, atol=1e-12)
     np.testing.assert_allclose(log.signals["position"], POSITION * 1e-3, atol=1e-12)

@@ -3,8 +3,8 @@ import pytest
 
 from hydroservo import simulate
 from hydroservo.core.errors import ParameterError, ScenarioError
-from hydroservo.identification.log import checked_log, read_log
-from hydroservo.identification.segments import noise_of, resolution_of, spikes_in, understood
+from hydroservo.identification.log import log_of_arrays, read_log
+from hydroservo.identification.segments import noise_of, resolution_of, spikes_in, understand_log
 from hydroservo.runs.results import save
 from hydroservo.scenario import load_scenario
 
@@ -77,7 +77,7 @@ def test_signals_of_an_mdf_file_stay_at_their_own_instants(tmp_path):
         file.append([asammdf.Signal(np.sin(time), time, name="command", unit="V")])
         file.append([asammdf.Signal(np.cos(time[::2]), time[::2], name="velocity", unit="m/s")])
         path = file.save(tmp_path / "log.mf4")
-    found = understood(read_log(path, {}))
+    found = understand_log(read_log(path, {}))
     velocity = found.segments[0].measured["velocity"]
     np.testing.assert_array_equal(velocity[::2], np.cos(time[::2]))
     assert np.isnan(velocity[1::2]).all()
@@ -125,9 +125,9 @@ def test_wrong_logs_are_refused_in_one_line(write, lines, said):
 def test_arrays_must_be_signals():
     time = np.arange(20.0)
     with pytest.raises(ParameterError, match="is not a signal"):
-        checked_log({"time": time, "command": time, "speed": time}, "log")
+        log_of_arrays({"time": time, "command": time, "speed": time}, "log")
     with pytest.raises(ParameterError, match="must increase"):
-        checked_log({"time": -time, "command": time, "velocity": time}, "log")
+        log_of_arrays({"time": -time, "command": time, "velocity": time}, "log")
 
 
 def signals(**changes):
@@ -138,11 +138,11 @@ def signals(**changes):
         "command": np.sin(40.0 * time),
         "velocity": np.cos(40.0 * time) + 1e-3 * rng.normal(size=400),
     }
-    return checked_log(own | changes, "log")
+    return log_of_arrays(own | changes, "log")
 
 
 def test_what_is_measured_is_taken_as_it_is_where_nothing_is_wrong():
-    found = understood(signals())
+    found = understand_log(signals())
     (segment,) = found.segments
     assert found.remarks == []
     assert segment.period == pytest.approx(0.001)
@@ -152,7 +152,7 @@ def test_what_is_measured_is_taken_as_it_is_where_nothing_is_wrong():
 def test_outliers_count_for_nothing_and_are_said():
     velocity = signals().signals["velocity"].copy()
     velocity[[50, 200, 201]] += 3.0
-    found = understood(signals(velocity=velocity))
+    found = understand_log(signals(velocity=velocity))
     assert np.flatnonzero(np.isnan(found.segments[0].measured["velocity"])).tolist() == [50, 200, 201]
     assert "velocity: 3 samples out of line, and count for nothing" in found.remarks
 
@@ -160,7 +160,7 @@ def test_outliers_count_for_nothing_and_are_said():
 def test_a_command_is_played_as_it_is():
     command = signals().signals["command"].copy()
     command[70] = 9.0
-    found = understood(signals(command=command))
+    found = understand_log(signals(command=command))
     assert found.segments[0].inputs["command"][70] == 9.0
     assert "command: 1 sample out of line; they are played as recorded" in found.remarks
 
@@ -170,7 +170,7 @@ def test_samples_that_lack_are_bridged_and_gaps_split():
     keep = np.ones(400, dtype=bool)
     keep[100:103] = keep[200:300] = False
     rows = {name: values[keep] for name, values in log.signals.items()}
-    found = understood(checked_log({"time": log.time[keep], **rows}, "log"))
+    found = understand_log(log_of_arrays({"time": log.time[keep], **rows}, "log"))
     assert [one.samples for one in found.segments] == [200, 100]
     assert np.flatnonzero(np.isnan(found.segments[0].measured["velocity"])).tolist() == [100, 101, 102]
     assert np.isfinite(found.segments[0].inputs["command"]).all()
@@ -182,7 +182,7 @@ def test_uneven_instants_are_moved_onto_a_grid():
     rng = np.random.default_rng(1)
     time = log.time + 2e-4 * rng.uniform(-1.0, 1.0, 400)
     rows = {"command": np.sin(40.0 * time), "velocity": np.cos(40.0 * time)}
-    found = understood(checked_log({"time": time, **rows}, "log"))
+    found = understand_log(log_of_arrays({"time": time, **rows}, "log"))
     (segment,) = found.segments
     np.testing.assert_allclose(segment.measured["velocity"], np.cos(40.0 * segment.time), atol=1e-3)
     assert any("instants are uneven" in line for line in found.remarks)
@@ -193,7 +193,7 @@ def test_samples_that_lack_among_uneven_instants_stay_missing():
     time = log.time + 4e-5 * np.random.default_rng(1).uniform(-1.0, 1.0, 400)
     velocity = np.cos(40.0 * time)
     velocity[100:103] = np.nan
-    found = understood(checked_log({"time": time, "command": time, "velocity": velocity}, "log"))
+    found = understand_log(log_of_arrays({"time": time, "command": time, "velocity": velocity}, "log"))
     assert np.flatnonzero(np.isnan(found.segments[0].measured["velocity"])).tolist() == [100, 101, 102]
 
 
@@ -205,7 +205,7 @@ def test_signals_at_instants_of_their_own_count_there(late, parts):
     own = np.isin(time, commanded)
     rows = {"command": np.where(own, np.sin(40.0 * time), np.nan)}
     rows["velocity"] = np.where(own, np.nan, np.cos(40.0 * time))
-    (segment,) = understood(checked_log({"time": time, **rows}, "log")).segments
+    (segment,) = understand_log(log_of_arrays({"time": time, **rows}, "log")).segments
     assert segment.period == pytest.approx(0.001 / parts)
     there = np.isfinite(segment.measured["velocity"])
     assert there.sum() == 100
@@ -220,8 +220,8 @@ def test_a_command_that_is_logged_more_rarely_is_held(every):
     """And a measured signal keeps each of its samples, at its own instant."""
     time = 0.001 * np.arange(400)
     command = np.where(np.arange(400) % every == 0, np.sin(5.0 * time), np.nan)
-    log = checked_log({"time": time, "command": command, "velocity": np.cos(40.0 * time)}, "log")
-    (segment,) = understood(log).segments
+    log = log_of_arrays({"time": time, "command": command, "velocity": np.cos(40.0 * time)}, "log")
+    (segment,) = understand_log(log).segments
     np.testing.assert_allclose(segment.time, time, atol=1e-12)
     np.testing.assert_array_equal(segment.measured["velocity"], np.cos(40.0 * time))
     np.testing.assert_array_equal(segment.inputs["command"], command[np.arange(400) // every * every])
@@ -234,19 +234,19 @@ def test_a_gap_in_a_command_of_its_own_instants_splits_the_log():
     own = np.isin(time, commanded)
     rows = {"command": np.where(own, np.sin(40.0 * time), np.nan)}
     rows["velocity"] = np.where(own, np.nan, np.cos(40.0 * time))
-    assert len(understood(checked_log({"time": time, **rows}, "log")).segments) == 2
+    assert len(understand_log(log_of_arrays({"time": time, **rows}, "log")).segments) == 2
 
 
 def test_what_never_changes_is_left_out_or_refused():
-    found = understood(signals(position=np.full(400, 0.1)))
+    found = understand_log(signals(position=np.full(400, 0.1)))
     assert "position" not in found.segments[0].measured
     assert "position never changes: it says nothing and is left out" in found.remarks
     with pytest.raises(ScenarioError, match="velocity: never changes"):
-        understood(signals(velocity=np.zeros(400)))
+        understand_log(signals(velocity=np.zeros(400)))
 
 
 def test_what_has_no_samples_is_told_from_what_never_changes():
-    found = understood(signals(pressure_a=np.full(400, np.nan), external_force=np.zeros(400)))
+    found = understand_log(signals(pressure_a=np.full(400, np.nan), external_force=np.zeros(400)))
     assert found.remarks == ["pressure_a has no samples: it says nothing and is left out"]
     assert not found.segments[0].inputs["external_force"].any()
 
@@ -254,7 +254,7 @@ def test_what_has_no_samples_is_told_from_what_never_changes():
 def test_of_many_columns_that_are_not_used_some_are_named(write):
     more = [f"more_{i}" for i in range(8)]
     lines = [",".join([HEADER, *more]), *(",".join([row, *"12345678"]) for row in ROWS)]
-    remarks = understood(read_log(write(*lines), {})).remarks
+    remarks = understand_log(read_log(write(*lines), {})).remarks
     assert "columns that are not used: more_0, more_1, more_2, more_3, more_4 and 3 more" in remarks
 
 

@@ -25,10 +25,10 @@ from hydroservo.control.wiring import believed
 from hydroservo.core.block import is_block
 from hydroservo.core.field import declared_fields
 from hydroservo.linear import Margins, margins
-from hydroservo.linear.margins import margins_of
-from hydroservo.linear.open_loop import OpenLoop as Opened
-from hydroservo.linear.open_loop import opened
-from hydroservo.linear.operating_point import OperatingPoint, operating_point, sampled
+from hydroservo.linear.margins import opened_loop_margins
+from hydroservo.linear.operating_point import OperatingPoint, digital_sample, operating_point
+from hydroservo.linear.system import OpenedLoop as Opened
+from hydroservo.linear.system import opened_variants
 from hydroservo.machine.loads import Constant
 from hydroservo.machine.starts import Steady
 from hydroservo.scenario import load_scenario
@@ -48,7 +48,7 @@ def integrator(gain: float, period: float) -> Opened:
 @pytest.mark.parametrize(("gain", "period"), [(50.0, 1e-3), (900.0, 1e-3), (1.0, 1e-5)])
 def test_a_loop_of_first_order_has_closed_forms(gain: float, period: float) -> None:
     """|k h/(z - 1)| = k h/(2 sin(w h/2)), its phase -pi/2 - w h/2, and k = 2/h is the limit."""
-    found = margins_of(integrator(gain, period))
+    found = opened_loop_margins(integrator(gain, period))
     crossover = 2.0 / period * math.asin(0.5 * gain * period)
     phase = 0.5 * math.pi - 0.5 * crossover * period
     assert found.stable
@@ -65,7 +65,7 @@ def test_an_undamped_pole_is_no_phase_crossover() -> None:
     """At L = k (z - cos a)/(z^2 - 2 z cos a + 1) and z = e^(j a) the phase jumps, and |L| is infinite."""
     for angle in np.linspace(0.01, 1.0, 30):
         turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-        found = margins_of(Opened(turn, np.array([0.01, 0.0]), -np.array([1.0, 0.0]), 1e-3))
+        found = opened_loop_margins(Opened(turn, np.array([0.01, 0.0]), -np.array([1.0, 0.0]), 1e-3))
         assert found.stable
         assert found.gain_reduction_margin == 0.0
         assert min(abs(w - angle / 1e-3) for w in found.phase_crossovers) > 1.0
@@ -73,19 +73,19 @@ def test_an_undamped_pole_is_no_phase_crossover() -> None:
 
 def test_the_disk_of_a_loop_of_first_order() -> None:
     """S - T = (1 - L)/(1 + L) is largest at Nyquist's frequency, where L = -k h/2."""
-    found = margins_of(integrator(900.0, 1e-3))
+    found = opened_loop_margins(integrator(900.0, 1e-3))
     assert found.disk_margin == pytest.approx(2.0 * (1.0 - 0.45) / (1.0 + 0.45), rel=1e-6)
 
 
 def test_a_loop_that_is_unstable_has_no_margins() -> None:
-    found = margins_of(integrator(2100.0, 1e-3))
+    found = opened_loop_margins(integrator(2100.0, 1e-3))
     assert not found.stable
     assert all(math.isnan(one) for one in found[1:7])
 
 
 def test_a_loop_that_needs_its_gain_has_a_margin_below_one() -> None:
     """L = k h/(z - 1.01): stable for 0.01 < k h < 2.01."""
-    found = margins_of(Opened(np.array([[1.01]]), np.array([0.05]), -np.ones(1), 1e-3))
+    found = opened_loop_margins(Opened(np.array([[1.01]]), np.array([0.05]), -np.ones(1), 1e-3))
     assert found.gain_reduction_margin == pytest.approx(0.2, rel=1e-6)
     assert found.gain_margin == pytest.approx(2.01 / 0.05, rel=1e-9)
 
@@ -162,7 +162,7 @@ def test_closed_it_moves_as_the_loop_does(name: str, delay: float, command: floa
     point = operating_point(loop, command)
     nudge = 1e-5
     theirs = (after_a_nudge(point, nudge) - after_a_nudge(point, -nudge)) / (2.0 * nudge)
-    found = opened(point).loop
+    found = opened_variants(point).loop
     ours, x = [], found.b
     for _ in theirs:
         ours.append(found.c @ x)
@@ -182,7 +182,7 @@ def after_a_nudge(point: OperatingPoint, nudge: float) -> np.ndarray:
         [],
     )
     for k in range(60):
-        digital = sampled(point, machine, digital, point.demand)
+        digital = digital_sample(point, machine, digital, point.demand)
         u = digital.controller.u
         commands.append(u)
         given = u + (nudge if k == 0 else 0.0)

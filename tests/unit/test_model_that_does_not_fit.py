@@ -8,7 +8,7 @@ import pytest
 import hydroservo as hs
 from hydroservo.core.block import value_at
 from hydroservo.identification.finding import UNFIT, identified_finding
-from hydroservo.identification.quality import rounded_like, whiteness
+from hydroservo.identification.quality import rounded_noise, whiteness
 from hydroservo.identification.result import Identified
 from tests.support.synthetic_logs import NOISE, Signals
 
@@ -111,6 +111,6 @@ def test_rounding_is_no_sign_of_a_wrong_model() -> None:
     size = math.sqrt(float(np.mean(left[0] ** 2)))
     left, measured = [one / size for one in left], [one / size for one in read]
     assert whiteness(left) < 1e-6
-    assert whiteness(left, 1, rounded_like(left, measured, step / size)) > 1e-3
+    assert whiteness(left, 1, rounded_noise(left, measured, step / size)) > 1e-3
     wrong = [one + 2.0 * np.sin(0.01 * np.arange(one.size)) for one in left]
-    assert whiteness(wrong, 1, rounded_like(wrong, measured, step / size)) < 1e-6
+    assert whiteness(wrong, 1, rounded_noise(wrong, measured, step / size)) < 1e-6

@@ -10,7 +10,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.control.monitors import Oscillation
 from hydroservo.core.block import leaves
 from hydroservo.core.group import nested
-from hydroservo.linear.onset import amplified, first_of, oscillation_gain
+from hydroservo.linear.onset import first_lasting_swing, oscillation_gain, with_amplified_command
 from hydroservo.machine.starts import AsBuilt
 
 PI = ("proportional_gain", "integral_gain")
@@ -68,20 +68,22 @@ def test_a_loop_without_feedback_of_any_size_has_none() -> None:
 
 
 def test_a_swing_with_one_factor_alone_is_no_onset() -> None:
-    assert first_of(FACTORS, np.array([0.0, 1.0, 0.0, 1.0, 1.0])) == FACTORS[3]
-    assert first_of(FACTORS, np.array([0.0, 0.0, 0.0, 0.0, 1.0])) == math.inf
-    assert first_of(FACTORS, np.array([1.0, 0.0, 0.0, 0.0, 0.0])) == 1.0
+    assert first_lasting_swing(FACTORS, np.array([0.0, 1.0, 0.0, 1.0, 1.0])) == FACTORS[3]
+    assert first_lasting_swing(FACTORS, np.array([0.0, 0.0, 0.0, 0.0, 1.0])) == math.inf
+    assert first_lasting_swing(FACTORS, np.array([1.0, 0.0, 0.0, 0.0, 0.0])) == 1.0
 
 
 def test_what_cannot_be_told_below_an_onset_is_not_told() -> None:
-    assert math.isnan(first_of(FACTORS, np.array([0.0, math.nan, 0.0, 1.0, 1.0])))
-    assert first_of(FACTORS, np.array([0.0, 1.0, 1.0, math.nan, 0.0])) == FACTORS[1]
+    assert math.isnan(first_lasting_swing(FACTORS, np.array([0.0, math.nan, 0.0, 1.0, 1.0])))
+    assert first_lasting_swing(FACTORS, np.array([0.0, 1.0, 1.0, math.nan, 0.0])) == FACTORS[1]
 
 
 def test_given_states_of_the_law_reach_it() -> None:
     loop = hs.load_scenario("rig/1khz-pi-square")
     given = AsBuilt(nested({"controller.integral": 0.5, "plant.velocity": 0.1}))
-    assert amplified(loop._replace(start=given)).start.given.controller.controller.integral == 0.5
+    assert (
+        with_amplified_command(loop._replace(start=given)).start.given.controller.controller.integral == 0.5
+    )
     assert math.isfinite(
         oscillation_gain(loop._replace(start=AsBuilt(nested({"controller.integral": 0.01}))))
     )

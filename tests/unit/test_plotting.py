@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import hydroservo as hs
-from hydroservo.audits import Asked, Audit
+from hydroservo.audits import Audit, BlockAssumptions
 from hydroservo.core.assumptions import above
 from hydroservo.figures.style import PALETTE
 from hydroservo.limits import Limits
@@ -92,7 +92,9 @@ def test_an_audit_is_drawn_by_its_margins():
     held = above("D_1", "D_1 is above the largest d_L1", 30.0, 15.0, "m/s^2")
     failed = above("D_2", "D_2 is above the largest d_L2", 10.0, 1e6, "N/s")
     untold = above("rest", "it cannot be told", math.nan, math.nan)
-    found = Audit((Asked("controller", "TSMC", (held, failed, untold)),), False, None, "no steady state")
+    found = Audit(
+        (BlockAssumptions("controller", "TSMC", (held, failed, untold)),), False, None, "no steady state"
+    )
     (axis,) = hs.plot(found).axes
     dots = [line for line in axis.get_lines() if line.get_marker() in "o<>"]
     assert [(line.get_marker(), line.get_xdata()[0]) for line in dots] == [("o", 2.0), ("<", 1e-3)]

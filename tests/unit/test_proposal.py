@@ -7,7 +7,13 @@ import hydroservo as hs
 from hydroservo.core.block import value_at
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.identification import propose
-from hydroservo.identification.trial import bounds_of, candidates, kept, rolled, room
+from hydroservo.identification.trial import (
+    bounds_of,
+    candidates,
+    keeps_bounds,
+    rolled_candidate,
+    room_in_bounds,
+)
 from tests.support.synthetic_logs import NOISE, SCENARIO, exact_log
 
 pytestmark = pytest.mark.slow  # each fits a log
@@ -113,9 +119,9 @@ def test_candidates_are_as_large_as_they_may_be_and_move_nothing_in_the_end():
     for one in found:
         assert np.abs(one.values).max() == pytest.approx(1.0)
         assert abs(one.values.mean()) < 1e-12
-        up = np.cumsum(rolled(one, 0.0).values)
+        up = np.cumsum(rolled_candidate(one, 0.0).values)
         assert up.min() > -1.0 - 1e-9  # a sample's step at most
-        assert np.cumsum(rolled(one, 1.0).values).max() < 1.0 + 1e-9
+        assert np.cumsum(rolled_candidate(one, 1.0).values).max() < 1.0 + 1e-9
 
 
 def test_bounds_are_those_of_the_machine_but_for_those_given():
@@ -130,9 +136,9 @@ def test_bounds_are_those_of_the_machine_but_for_those_given():
 def test_bounds_know_what_leaves_them():
     shown = np.zeros((10, 6, 2))
     shown[:, 2, 1] = np.linspace(0.0, 0.4, 10)
-    assert kept(shown, {"position": (-0.1, 0.5)})
-    assert not kept(shown, {"position": (-0.1, 0.3)})
-    assert room(shown, {"position": (-0.1, 0.3)}) == pytest.approx(1.0)
+    assert keeps_bounds(shown, {"position": (-0.1, 0.5)})
+    assert not keeps_bounds(shown, {"position": (-0.1, 0.3)})
+    assert room_in_bounds(shown, {"position": (-0.1, 0.3)}) == pytest.approx(1.0)
     shown[3, 0, 0] = np.nan
-    assert not kept(shown, {"position": (-0.1, 0.5)})
-    assert room(shown, {"position": (-0.1, 0.5)}) == 0.0
+    assert not keeps_bounds(shown, {"position": (-0.1, 0.5)})
+    assert room_in_bounds(shown, {"position": (-0.1, 0.5)}) == 0.0

@@ -5,7 +5,7 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.core.errors import ParameterError, ScenarioError
-from hydroservo.identification.maps.friction import values_of
+from hydroservo.identification.maps.friction import friction_values
 from hydroservo.identification.maps.friction_law import fitted_friction
 from hydroservo.identification.maps.result import Interval
 from hydroservo.identification.regression import regression
@@ -313,7 +313,7 @@ def test_numbers_of_bristles_are_put_where_they_stand(elastic):
     loop = loop._replace(plant=loop.plant._replace(friction=friction))
     names = {"coulomb": 180.0, "breakaway": 260.0, "stribeck_velocity": 0.025, "viscous": 2500.0}
     given = {name: Interval.around(value, 1.0, "", "") for name, value in names.items()}
-    numbers, remarks = values_of(given, loop)
+    numbers, remarks = friction_values(given, loop)
     at = "plant.friction.bristles" if elastic else "plant.friction"
     assert {path: number.value for path, number in numbers.items()} == {
         f"{at}.{name}": value for name, value in names.items()

@@ -13,11 +13,11 @@ from hydroservo.core.field import Field
 from hydroservo.core.formatting import common_unit, number, with_label
 from hydroservo.core.hooks import has_chambers, is_valveless
 from hydroservo.linear.bode import bode
-from hydroservo.linear.bode_finding import bode_finding
+from hydroservo.linear.finding import bode_finding
+from hydroservo.linear.moving_margins import without_hysteresis
 from hydroservo.linear.operating_point import operating_point
-from hydroservo.linear.parts import parts_of
-from hydroservo.linear.places import sliding
-from hydroservo.linear.responses import responses
+from hydroservo.linear.system import part_slopes
+from hydroservo.linear.view import responses
 from hydroservo.runs.results import metric_fields
 from hydroservo.runs.run_finding import run_finding
 from hydroservo.show import Table
@@ -246,9 +246,10 @@ def range_without_outliers(values: Vector, share: float) -> tuple[float, float]:
 
 def sketch_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], NDArray[np.float32]]:
     """The curves of :func:`draw_bode` alone, at fewer frequencies [Hz], for while a slider moves."""
-    point = operating_point(sliding(loop), None)  # at rest hysteresis leaves no slope, so that it slides
+    sliding = without_hysteresis(loop)  # which at rest leaves no slope
+    point = operating_point(sliding, None)
     grid = np.geomspace(low, high, SKETCHED)
-    found = responses(point, parts_of(point)[0], 2.0 * math.pi * grid)
+    found = responses(point, part_slopes(point)[0], 2.0 * math.pi * grid)
     return {"points": SKETCHED}, curve_rows(grid, found.curves)
 
 

@@ -18,7 +18,7 @@ from hydroservo.core.errors import HydroservoError, ScenarioError, short
 from hydroservo.core.formatting import quantity
 from hydroservo.identification.experiment import experiment, first_steps
 from hydroservo.identification.finding import log_finding
-from hydroservo.identification.identified import identify
+from hydroservo.identification.identify import identify
 from hydroservo.identification.log import (
     COMMAND,
     EXTERNAL_FORCE,
@@ -28,7 +28,7 @@ from hydroservo.identification.log import (
     log_mapping,
     read_log,
 )
-from hydroservo.identification.segments import Understood, understood
+from hydroservo.identification.segments import UnderstoodLog, understand_log
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.scenario.records import RECORD_ENDINGS
@@ -54,7 +54,7 @@ def draw_log(source: Source, file: Path, report: Report) -> tuple[dict[str, Any]
     """The signals of a log, each with what the machine shows under the command that was recorded."""
     assembly = source.assemble()
     try:
-        whole = understood(read_log(file, log_mapping(assembly.log_columns), (TIME,)))
+        whole = understand_log(read_log(file, log_mapping(assembly.log_columns), (TIME,)))
     except ScenarioError as error:
         raise ScenarioError("", "", ": ".join(part for part in (error.key, error.problem) if part)) from None
     log, finding = whole.log, log_finding(whole)
@@ -76,7 +76,7 @@ def draw_log(source: Source, file: Path, report: Report) -> tuple[dict[str, Any]
     return about, rows
 
 
-def replay_log(loop: Loop, whole: Understood, report: Report) -> tuple[dict[str, Vector], str]:
+def replay_log(loop: Loop, whole: UnderstoodLog, report: Report) -> tuple[dict[str, Vector], str]:
     """What the machine of a loop shows under a log's command, at the log's instants, and a line about it.
 
     Each stretch of the log begins in the state that was measured there, and else as the loop does.

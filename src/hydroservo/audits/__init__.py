@@ -1,19 +1,19 @@
 """What a law's theorem supposes, asked of a loop; what keeps its oscillation up; its chatter, foretold."""
 
-from hydroservo.audits.audited import Asked, Audit, Strain, audit
+from hydroservo.audits.audit import Audit, BlockAssumptions, Strain, audit
 from hydroservo.audits.chatter import Chatter, chatter
-from hydroservo.audits.sustained import Sustained, sustained
-from hydroservo.audits.tone import Swing, swing
+from hydroservo.audits.monitors import Swing, swing
+from hydroservo.audits.oscillation import SustainedOscillation, sustained_oscillation
 
 __all__ = [
-    "Asked",
     "Audit",
+    "BlockAssumptions",
     "Chatter",
     "Strain",
-    "Sustained",
+    "SustainedOscillation",
     "Swing",
     "audit",
     "chatter",
-    "sustained",
+    "sustained_oscillation",
     "swing",
 ]

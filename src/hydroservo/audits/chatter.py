@@ -8,8 +8,14 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.audits.describing import Describing, busiest, describing, frozen, limit_of
-from hydroservo.audits.tone import SHARE
+from hydroservo.audits.describing import (
+    DescribingFunction,
+    busiest_instant,
+    command_limit,
+    describing_function,
+    freeze_loop,
+)
+from hydroservo.audits.monitors import SHARE
 from hydroservo.control.loop import Loop
 from hydroservo.core.field import Field
 from hydroservo.runs.arguments import checked_loop
@@ -22,20 +28,14 @@ ALIKE = 0.5  # of the largest amplitude, from which a tone is taken for as large
 
 
 class LimitCycle(NamedTuple):
-    """A tone that a loop sustains, and to which it comes back.
+    """A tone that a loop sustains, and to which it comes back."""
 
-    Attributes:
-        amplitude: of the command [V].
-        frequency: [rad/s].
-        soft: whether the loop comes to it from rest; else only from a swing that is large enough.
-    """
-
-    amplitude: float
-    frequency: float
-    soft: bool
+    amplitude: float  # of the command [V]
+    frequency: float  # [rad/s]
+    soft: bool  # whether the loop comes to it from rest; else only from a swing that is large enough
 
 
-def limit_cycles(found: Describing) -> list[LimitCycle]:
+def limit_cycles(found: DescribingFunction) -> list[LimitCycle]:
     """Where N(A, w) = 1, those that are stable, the largest first.
 
     With log N = g + j phi, linear between neighbours in log A and log w, a tone is stable where::
@@ -48,15 +48,15 @@ def limit_cycles(found: Describing) -> list[LimitCycle]:
     3.1 and 3.2; the condition of stability is Loeb's.
     Fails where the balance of two tones at once decides, and where N turns much between two tones.
     """
-    driven = np.logical_and.accumulate([grows(found.frequencies, gains) for gains in found.gains])
+    driven = np.logical_and.accumulate([tone_grows(found.frequencies, gains) for gains in found.gains])
     cycles = [
         LimitCycle(float(np.exp(a)), float(np.exp(w)), soft=bool(driven[i]))
-        for i, a, w in (*inside(found), *fastest(found))
+        for i, a, w in (*inner_roots(found), *nyquist_roots(found))
     ]
     return sorted(cycles, key=lambda cycle: -cycle.amplitude)
 
 
-def inside(found: Describing) -> Iterator[tuple[int, float, float]]:
+def inner_roots(found: DescribingFunction) -> Iterator[tuple[int, float, float]]:
     """Stable roots of log N, in triangles of neighbours: the row below, log A and log w of each."""
     sizes, tones = np.log(found.amplitudes), np.log(found.frequencies)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -87,7 +87,7 @@ def stable_root(logs: Response) -> Vector | None:
     return shares if (shares >= -1e-12).all() else None
 
 
-def fastest(found: Describing) -> Iterator[tuple[int, float, float]]:
+def nyquist_roots(found: DescribingFunction) -> Iterator[tuple[int, float, float]]:
     """Stable roots at Nyquist's frequency: the row below, log A and log w of each."""
     sizes, last = np.log(found.amplitudes), found.gains[:, -1].real
     for i, (here, there) in enumerate(pairwise(last)):
@@ -96,7 +96,7 @@ def fastest(found: Describing) -> Iterator[tuple[int, float, float]]:
             yield i, float(sizes[i] + share * (sizes[i + 1] - sizes[i])), float(np.log(found.frequencies[-1]))
 
 
-def grows(frequencies: Vector, gains: Response) -> bool:
+def tone_grows(frequencies: Vector, gains: Response) -> bool:
     """Whether a tone of some frequency grows: where the phase passes 0 the gain is 1 or more."""
     phases, known = np.angle(gains), np.isfinite(gains) & (np.abs(gains) > 0.0)
     for i in range(len(frequencies) - 2):
@@ -145,15 +145,15 @@ def chatter(loop: Loop, *, time: float | None = None) -> Chatter:
     its describing function and its limit cycles do.
     """
     checked_loop(loop)
-    at = busiest(loop) if time is None else time
-    return chatter_of(describing(frozen(loop, at)), limit_of(loop.controller), at)
+    at = busiest_instant(loop) if time is None else time
+    return chatter_of(describing_function(freeze_loop(loop, at)), command_limit(loop.controller), at)
 
 
-def chatter_of(found: Describing, limit: float, time: float) -> Chatter:
+def chatter_of(found: DescribingFunction, limit: float, time: float) -> Chatter:
     """What is foretold from a describing function, under the largest command [V], of an instant [s]."""
     cycles = limit_cycles(found)
-    own = LimitCycle(forced(found, limit), found.frequency, soft=True)
-    reached = fastest_of([own, *(one for one in cycles if one.soft)], limit)
+    own = LimitCycle(forced_amplitude(found, limit), found.frequency, soft=True)
+    reached = fastest_large_cycle([own, *(one for one in cycles if one.soft)], limit)
     threshold = SHARE * limit
     jolted = max((one.amplitude for one in cycles if not one.soft), default=0.0)
     swings = reached.amplitude > threshold
@@ -168,19 +168,14 @@ def chatter_of(found: Describing, limit: float, time: float) -> Chatter:
     )
 
 
-def fastest_of(cycles: Sequence[LimitCycle], limit: float) -> LimitCycle:
+def fastest_large_cycle(cycles: Sequence[LimitCycle], limit: float) -> LimitCycle:
     """The fastest of those that are about as large as the largest, for that has grown before the others."""
     largest = max(min(one.amplitude, limit) for one in cycles)
     return max((one for one in cycles if one.amplitude >= ALIKE * largest), key=lambda one: one.frequency)
 
 
-def forced(found: Describing, limit: float) -> float:
-    """What the loop makes of a law's own swing: the least A with A |1 - N(A, w)| above it [V].
-
-    Args:
-        found: N(A, w), with the swing and its frequency w.
-        limit: the largest command [V].
-    """
+def forced_amplitude(found: DescribingFunction, limit: float) -> float:
+    """What the loop makes of a law's own swing: the least A with A |1 - N(A, w)| above it [V]."""
     if found.frequency < found.frequencies[0] or found.swing == 0.0:  # slower than every tone: a drift
         return 0.0
     place = int(np.argmin(np.abs(found.frequencies - found.frequency)))

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.audits.tone import Tone
+from hydroservo.audits.monitors import ToneAnswer
 from hydroservo.control.controlled.velocity import Velocity
 from hydroservo.control.loop import Loop
 from hydroservo.control.references.ramp import Ramp
@@ -17,6 +17,7 @@ from hydroservo.core.errors import ParameterError
 from hydroservo.core.hooks import smoothed
 from hydroservo.core.roles import Controller, role
 from hydroservo.core.signals import Demand, Measurement
+from hydroservo.linear.excitation import ExcitedState
 from hydroservo.machine.loads.constant import Constant
 from hydroservo.machine.starts import Steady
 from hydroservo.runs.batch import simulate_batch
@@ -42,21 +43,14 @@ FREE = 1e6  # times a limit, to bind no more
 LIMIT = 10.0  # [V] where a law has no limiter
 
 
-class Frozen(NamedTuple):
-    """A loop whose demand and load stay what they are at an instant.
+class FrozenLoop(NamedTuple):
+    """A loop whose demand and load stay what they are at an instant."""
 
-    Attributes:
-        loop: with a constant demand and load, and its machine settled there.
-        command: under which the machine has settled [V].
-        time: the instant [s].
-    """
-
-    loop: Loop
-    command: float
-    time: float
+    loop: Loop  # with a constant demand and load, and its machine settled there
+    command: float  # under which the machine has settled [V]
 
 
-def busiest(loop: Loop) -> float:
+def busiest_instant(loop: Loop) -> float:
     """The first instant at which demand and load, each by its own largest size, are largest together [s]."""
     period, duration = loop.simulation.period, loop.simulation.duration
     samples = np.unique(np.round(np.linspace(0.0, duration / period, LOOKS + 1)))
@@ -67,7 +61,7 @@ def busiest(loop: Loop) -> float:
     return float(times[int(np.argmax(np.round(shares, 6)))])
 
 
-def frozen(loop: Loop, time: float) -> Frozen:
+def freeze_loop(loop: Loop, time: float) -> FrozenLoop:
     """The loop as it is at an instant [s], with sensors that are exact and have no steps of resolution.
 
     Its machine moves evenly as a demanded velocity asks, or rests where it cannot and where another signal is
@@ -75,18 +69,14 @@ def frozen(loop: Loop, time: float) -> Frozen:
     offset.
     """
     demand, force = loop.reference.at(time).value, loop.load.force(time)
-    still = loop._replace(
-        load=Constant(force),
-        start=Steady(),
-        sensors=smoothed(exact(loop.sensors)),
-    )
+    still = loop._replace(load=Constant(force), start=Steady(), sensors=smoothed(exact_sensors(loop.sensors)))
     begun, command = ready(still)._replace(start=Steady()), 0.0
     if isinstance(loop.controls, Velocity):
         with suppress(ParameterError):
             command = command_for(begun, demand)
     demand = begun.controls.of(begun.seen(steady_state(begun, command), force), command)
 
-    return Frozen(still._replace(reference=Ramp(demand, demand, 1.0), start=Steady(command)), command, time)
+    return FrozenLoop(still._replace(reference=Ramp(demand, demand, 1.0), start=Steady(command)), command)
 
 
 def command_for(loop: Loop, velocity: float) -> float:
@@ -114,50 +104,39 @@ def command_for(loop: Loop, velocity: float) -> float:
     raise ParameterError("plant", type(loop.plant).__name__, problem)
 
 
-def exact(sensors: Block) -> Block:
+def exact_sensors(sensors: Block) -> Block:
     """Sensors whose numbers named noise are 0, in them and in blocks in them."""
     changed = {
-        name: exact(value) if is_block(value) else 0.0
+        name: exact_sensors(value) if is_block(value) else 0.0
         for name, value in sensors._asdict().items()
         if is_block(value) or name.endswith("noise")
     }
     return sensors._replace(**changed)
 
 
-class Describing(NamedTuple):
-    """What a law answers to tones at its machine's command.
+class DescribingFunction(NamedTuple):
+    """What a law answers to tones at its machine's command."""
 
-    Attributes:
-        amplitudes: A of the tones [V], rising, shape (sizes,).
-        frequencies: w of the tones [rad/s], rising, the last that of Nyquist, shape (tones,).
-        gains: N(A, w) = U/A, shape (sizes, tones); nan where the machine was lost.
-        swing: half the range of the law's command without a tone [V].
-        frequency: at which that then crosses its mean [rad/s].
-    """
-
-    amplitudes: Vector
-    frequencies: Vector
-    gains: NDArray[np.complex128]
-    swing: float
-    frequency: float
+    amplitudes: Vector  # A of the tones [V], rising, shape (sizes,)
+    frequencies: Vector  # w of the tones [rad/s], rising, the last that of Nyquist, shape (tones,)
+    gains: NDArray[np.complex128]  # N(A, w) = U/A, shape (sizes, tones); nan where the machine was lost
+    swing: float  # half the range of the law's command without a tone [V]
+    frequency: float  # at which that then crosses its mean [rad/s]
 
 
-def describing(still: Frozen) -> Describing:
+def describing_function(still: FrozenLoop) -> DescribingFunction:
     """N(A, w): the fundamental of what the law asks for, by the tone that its machine is given.
 
     The machine is as it is, with its valve, hold and delay, and so is the law with its observer; nothing is
     linearised and no switching element is named. What is asked for beyond the command's limit is cut off
     afterwards. Tones of all amplitudes and frequencies run side by side.
 
-    Args:
-        still: the loop at one instant.
-
     Source: Gelb, Vander Velde, Multiple-Input Describing Functions and Nonlinear System Design, 1968,
     ch. 2 and 3.
     Fails where what the law asks for is far from a tone and the machine passes its harmonics.
     """
     loop = still.loop
-    h, limit = loop.simulation.period, limit_of(loop.controller)
+    h, limit = loop.simulation.period, command_limit(loop.controller)
     window = h * round(min(LONGEST / h, MOST))
     begin = h * round(SETTLING * window / h)
     nyquist = math.pi / h
@@ -166,40 +145,37 @@ def describing(still: Frozen) -> Describing:
     amplitudes = np.geomspace(LEAST * limit, BEYOND * limit, SIZES)
     size, w = (one.ravel() for one in np.meshgrid(amplitudes, frequencies, indexing="ij"))
     simulation = loop.simulation._replace(duration=h * round((begin + window) / h), record_period=h)
-    opened = Opened(unlimited(loop.controller), still.command, rise=0.5 * begin)
+    opened = OpenedLaw(without_limits(loop.controller), still.command, rise=0.5 * begin)
     data = quietly(simulate_batch)(
         loop._replace(simulation=simulation, controller=opened),
         {"controller.amplitude": np.append(size, 0.0), "controller.frequency": np.append(w, nyquist)},
-        metrics=[Tone(begin, window)],
+        metrics=[ToneAnswer(begin, window)],
     )
     answers = data["real"].to_numpy() + 1j * data["imaginary"].to_numpy()
     answers[data["diverged"].to_numpy()] = complex(math.nan, math.nan)
-    gains = (limited(answers[:-1], limit, w < nyquist) / size).reshape(SIZES, len(frequencies))
+    gains = (limited_fundamental(answers[:-1], limit, w < nyquist) / size).reshape(SIZES, len(frequencies))
     swing, crossings = float(data["swing"][-1]), float(data["crossings"][-1])
-    return Describing(amplitudes, frequencies, gains, min(swing, limit), math.pi * crossings / window)
+    return DescribingFunction(amplitudes, frequencies, gains, min(swing, limit), math.pi * crossings / window)
 
 
-def limited(
+def limited_fundamental(
     answers: NDArray[np.complex128], limit: float, round_tones: NDArray[np.bool_]
 ) -> NDArray[np.complex128]:
     """The fundamental of tones that are cut off at a limit.
 
-    Args:
-        answers: the tones [V].
-        limit: [V].
-        round_tones: where False a tone has two samples a period, which are cut off as they are.
+    A tone that is not round has two samples a period, which are cut off as they are.
     """
     share = np.minimum(limit / np.maximum(np.abs(answers), 1e-300), 1.0)
     cut = 2.0 / math.pi * (np.arcsin(share) + share * np.sqrt(1.0 - share**2))
     return np.asarray(answers * np.where(round_tones, cut, share))
 
 
-def unlimited(law: Block) -> Block:
+def without_limits(law: Block) -> Block:
     """A law whose limiters bind no more, nor those of blocks in it.
 
     An integrator, which no loop keeps from drifting here, would else end at a limit and hide the tone.
     """
-    changed = {name: unlimited(value) for name, value in law._asdict().items() if is_block(value)}
+    changed = {name: without_limits(value) for name, value in law._asdict().items() if is_block(value)}
     law = law._replace(**changed)
     own: Block = getattr(law, "saturation", None)
     if not isinstance(getattr(own, "limit", None), float):
@@ -207,24 +183,16 @@ def unlimited(law: Block) -> Block:
     return law._replace(saturation=own._replace(limit=FREE * own.limit))
 
 
-def limit_of(law: Block) -> float:
+def command_limit(law: Block) -> float:
     """The largest command that a law gives [V]: the least limit of its limiter and of those it wraps."""
     own = getattr(getattr(law, "saturation", None), "limit", math.inf)
     inner = getattr(law, "controller", None)
-    found = min(own, limit_of(inner)) if is_block(inner) else own
+    found = min(own, command_limit(inner)) if is_block(inner) else own
     return found if math.isfinite(found) else LIMIT
 
 
-class OpenedState(NamedTuple):
-    """What the machine is given, the instant of the next sample, and the state of the law."""
-
-    u: Annotated[float, Field("V", "command given to the machine")]
-    time: Annotated[float, Field("s", "instant of the next sample")]
-    controller: Block
-
-
 @role(Controller)
-class Opened(NamedTuple):
+class OpenedLaw(NamedTuple):
     """A loop opened at its command: the machine is given a tone, and what the law asks for goes nowhere.
 
     u = bias + A min(t/rise, 1) cos(w t)
@@ -241,9 +209,9 @@ class Opened(NamedTuple):
     frequency: Annotated[float, Field("rad/s", "frequency w of the tone", at_least=0)] = 0.0
     rise: Annotated[float, Field("s", "time in which the tone grows to its amplitude", above=0)] = 0.1
 
-    def init(self) -> OpenedState:
-        return OpenedState(0.0, 0.0, self.controller.init())
+    def init(self) -> ExcitedState:
+        return ExcitedState(0.0, 0.0, self.controller.init())
 
-    def step(self, s: OpenedState, y: Measurement, r: Demand, dt: float) -> OpenedState:
+    def step(self, s: ExcitedState, y: Measurement, r: Demand, dt: float) -> ExcitedState:
         tone = self.amplitude * ops.minimum(s.time / self.rise, 1.0) * ops.cos(self.frequency * s.time)
-        return OpenedState(self.bias + tone, s.time + dt, self.controller.step(s.controller, y, r, dt))
+        return ExcitedState(self.bias + tone, s.time + dt, self.controller.step(s.controller, y, r, dt))

@@ -1,16 +1,16 @@
 """What a loop is, as the assumptions of its law are asked about it."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.audits.describing import limit_of
-from hydroservo.audits.lumped import CommandPeaks, CommandPeaksValues, Lumped, LumpedValues
+from hydroservo.audits.describing import command_limit
+from hydroservo.audits.monitors import CommandPeaks, CommandPeaksValues, Lumped, LumpedValues
 from hydroservo.control.loop import Loop
 from hydroservo.control.wiring import believed
 from hydroservo.core.assumptions import Peak
@@ -20,7 +20,7 @@ from hydroservo.core.signals import Draws
 from hydroservo.core.states import filled
 from hydroservo.cosimulation import refuse_fmus
 from hydroservo.linear import Linearization, linearize
-from hydroservo.linear.view import viewed
+from hydroservo.linear.view import loop_view
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import ready, simulate
 
@@ -34,23 +34,16 @@ INSTANT = 1e100  # a state's rate, beyond which there is no lag
 
 @dataclass(frozen=True)
 class LoopFacts:
-    """A loop's :class:`~hydroservo.core.assumptions.Facts`.
+    """A loop's :class:`~hydroservo.core.assumptions.Facts`."""
 
-    Attributes:
-        given: the loop.
-        loop: the same, ready to run.
-        model: what the law believes of the machine; None if nothing.
-        found: the disturbances of a run; None where there was none, it was lost, or its machine has no model.
-        commands: the largest commands of a run; None where there was none, or it was lost.
-        known_lag: what the block that is asked is told of the valve's lag [s].
-    """
-
-    given: Loop
-    loop: Loop
-    model: Any
+    given: Loop  # the loop
+    loop: Loop  # the same, ready to run
+    model: Any  # what the law believes of the machine; None if nothing
+    # the disturbances of a run; None where there was none, it was lost, or its machine has no model
     found: LumpedValues | None
+    # the largest commands of a run; None where there was none, or it was lost
     commands: CommandPeaksValues | None = None
-    known_lag: float = 0.0
+    known_lag: float = 0.0  # what the block that is asked is told of the valve's lag [s]
 
     @property
     def period(self) -> float:
@@ -62,7 +55,7 @@ class LoopFacts:
 
     @property
     def limit(self) -> float:
-        return limit_of(self.loop.controller)
+        return command_limit(self.loop.controller)
 
     def knowing_the_lag(self, time_constant: float) -> "LoopFacts":
         return replace(self, known_lag=time_constant)
@@ -75,7 +68,7 @@ class LoopFacts:
     def disk_margin(self) -> float:
         """For small motions, as ``bode`` has it; 0 of an unstable loop, and nan where there is none."""
         try:
-            view = viewed(self.given, None, None, None)
+            view = loop_view(self.given, None, None, None)
         except ParameterError:
             return math.nan
         return view.trusted.margins.disk_margin if view.judged.margins.stable else 0.0
@@ -95,10 +88,13 @@ class LoopFacts:
         except ParameterError:
             return None
 
-    @property
-    def response(self) -> Callable[[float], complex]:
+    def response(self, frequency: float) -> complex:
         """The controlled signal per command, small about rest, its command held over a sample and delayed."""
-        return partial(response, self)
+        if self.machine is None:
+            return complex(math.nan, math.nan)
+        s, h = 1j * frequency, self.period
+        late = np.exp(-s * (self.delay + 0.5 * h)) * np.sinc(0.5 * frequency * h / math.pi)
+        return complex(self.machine.response([frequency], "controlled", "command")[0] * late)
 
     @cached_property
     def valve_lag(self) -> float:
@@ -212,16 +208,7 @@ def peak_in(found: Any, name: str) -> Peak:
     return Peak(math.nan) if found is None else Peak(getattr(found, name), getattr(found, f"{name}_at"))
 
 
-def response(facts: LoopFacts, frequency: float) -> complex:
-    """See :attr:`LoopFacts.response`."""
-    if facts.machine is None:
-        return complex(math.nan, math.nan)
-    s, h = 1j * frequency, facts.period
-    late = np.exp(-s * (facts.delay + 0.5 * h)) * np.sinc(0.5 * frequency * h / math.pi)
-    return complex(facts.machine.response([frequency], "controlled", "command")[0] * late)
-
-
-def lumped(loop: Loop) -> Lumped | None:
+def lumped_monitor(loop: Loop) -> Lumped | None:
     """The monitor that a run needs for the facts of a loop, which is ready to run; None if it has no model.
 
     It is that of the law's model, or of the machine as it is.
@@ -230,22 +217,17 @@ def lumped(loop: Loop) -> Lumped | None:
     if not isinstance(gain, float):
         return None
     try:
-        model = model_of(loop.controller) or believed(loop)
+        model = model_in(loop.controller) or believed(loop)
     except ParameterError:
         return None
     return Lumped(model, gain)
-
-
-def model_of(law: Block) -> Any:
-    """What a law believes of the machine; None if nothing."""
-    return model_in(law)
 
 
 def facts_of(loop: Loop, record: Sequence[str] = (), watching: Sequence[Block] = ()) -> tuple[LoopFacts, Any]:
     """The facts of a loop, after a run of it, and that run."""
     refuse_fmus(loop, "audit it")
     begun = ready(loop)
-    monitor = lumped(begun)
+    monitor = lumped_monitor(begun)
     monitors = [*watching, CommandPeaks(), *([monitor] if monitor else [])]
     data = quietly(simulate)(loop, record=record, metrics=monitors)
     found = commands = None
@@ -253,4 +235,4 @@ def facts_of(loop: Loop, record: Sequence[str] = (), watching: Sequence[Block] =
         commands = CommandPeaksValues(*(float(data[name]) for name in CommandPeaksValues._fields))
         if monitor is not None:
             found = LumpedValues(*(float(data[name]) for name in LumpedValues._fields))
-    return LoopFacts(loop, begun, model_of(begun.controller), found, commands), data
+    return LoopFacts(loop, begun, model_in(begun.controller), found, commands), data

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.audits.chatter import Chatter
-from hydroservo.audits.sustained import OSCILLATION, Sustained
+from hydroservo.audits.oscillation import OSCILLATION, SustainedOscillation
 from hydroservo.core.formatting import counted, number, quantity
 from hydroservo.runs.behaviour import pressure_line
 from hydroservo.runs.provenance import origin_of_loop
@@ -13,7 +13,7 @@ from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Ta
 from hydroservo.show.finding import title_of
 
 if TYPE_CHECKING:
-    from hydroservo.audits.audited import Asked, Audit, Strain
+    from hydroservo.audits.audit import Audit, BlockAssumptions, Strain
     from hydroservo.core.assumptions import Assumption
     from hydroservo.figures.style import Plot
 
@@ -35,23 +35,23 @@ NOTE = "Worst at: the instant of the run on which it was measured."
 CAPTION = "The factor by which each assumption holds; below 1 it fails. At an edge: beyond the axis."
 
 
-def verdicts(found: "Audit") -> list[Line]:
+def audit_lines(found: "Audit") -> list[Line]:
     """What an audit says besides its assumptions."""
     said = []
     if found.lost:
         said.append(Line("The run diverged", ", and what is measured on it cannot be told.", Mark.BAD))
     if found.oscillation is not None:
-        said.append(oscillation(found.oscillation))
-    said.append(forecast(found.chatter, found.no_forecast, found.oscillation))
-    return [*said, *(strained(found.strain) if found.strain is not None else ())]
+        said.append(sustained_line(found.oscillation))
+    said.append(forecast_line(found.chatter, found.no_forecast, found.oscillation))
+    return [*said, *(strain_lines(found.strain) if found.strain is not None else ())]
 
 
-def oscillation(one: Sustained) -> Line:
+def sustained_line(one: SustainedOscillation) -> Line:
     """What the run shows."""
     run = f"A run of {number(one.longer)} s" if one.longer else "The run"
     if one.oscillates:
         sizes = f"{quantity(one.command, 'V')} and {quantity(one.amplitude, one.unit)}"
-        text = f", by {sizes} at {number(one.frequency)} Hz to its end. {kept_up(one)}"
+        text = f", by {sizes} at {number(one.frequency)} Hz to its end. {cause_sentence(one)}"
         return Line(f"{run} oscillates", text, Mark.BAD)
     if one.command == 0.0:
         return Line(
@@ -60,7 +60,7 @@ def oscillation(one: Sustained) -> Line:
     return Line(f"{run} is too short to tell", " whether it oscillates.", Mark.DOUBTFUL)
 
 
-def kept_up(one: Sustained) -> str:
+def cause_sentence(one: SustainedOscillation) -> str:
     """What keeps an oscillation up."""
     names = [each.phrase for each in one.causes]
     if not names:
@@ -72,7 +72,7 @@ def kept_up(one: Sustained) -> str:
     return f"It needs {needs}: {', '.join(names[:-1])} or {names[-1]}, it dies out."
 
 
-def forecast(one: Chatter | None, reason: str, run: Sustained | None) -> Line:
+def forecast_line(one: Chatter | None, reason: str, run: SustainedOscillation | None) -> Line:
     """What harmonic balance predicts, held against the run."""
     if one is None:
         return Line("No chatter can be predicted", f": {reason}.", Mark.DOUBTFUL)
@@ -93,7 +93,7 @@ def forecast(one: Chatter | None, reason: str, run: Sustained | None) -> Line:
     return Line("No chatter is predicted", f" with {size} of command or more, {at}.{jolt}", Mark.GOOD)
 
 
-def strained(one: "Strain") -> list[Line]:
+def strain_lines(one: "Strain") -> list[Line]:
     """What a run asks of its machine that it may not have."""
     said = []
     lead, stop, rest = pressure_line(one._asdict()).partition(": ")
@@ -112,25 +112,25 @@ def strained(one: "Strain") -> list[Line]:
 def audit_finding(audit: "Audit", scenario: str = "") -> Finding:
     """What an audit says."""
     margins = [one for one in audit.assumptions() if one.holds is not None]
-    rows = [row for asked in audit.asked for row in rows_of(asked)]
+    rows = [row for asked in audit.asked for row in assumption_rows(asked)]
     return Finding(
         title_of("Audit", scenario),
-        [count_line([one.holds for one in audit.assumptions()]), *verdicts(audit)],
+        [assumption_count_line([one.holds for one in audit.assumptions()]), *audit_lines(audit)],
         [],
         [Table("assumptions", COLUMNS, rows, "What the law assumes of its loop.", NOTE)],
-        [Picture("margins", CAPTION, lambda: drawn(margins))] if margins else [],
-        numbers_of(audit, scenario),
+        [Picture("margins", CAPTION, lambda: draw_audit_margins(margins))] if margins else [],
+        audit_numbers(audit, scenario),
         origins=[origin_of_loop(scenario, audit.loop)] if audit.loop else [],
     )
 
 
-def drawn(margins: "Sequence[Assumption]") -> "Plot":
+def draw_audit_margins(margins: "Sequence[Assumption]") -> "Plot":
     from hydroservo.figures.margins import plot_margins
 
     return plot_margins(margins)
 
 
-def count_line(verdicts: Sequence[bool | None]) -> Line:
+def assumption_count_line(verdicts: Sequence[bool | None]) -> Line:
     """How many assumptions hold and how many cannot be told."""
     if not verdicts:
         return Line("The law does not say what it assumes, or assumes nothing here.")
@@ -140,7 +140,7 @@ def count_line(verdicts: Sequence[bool | None]) -> Line:
     return Line(f"{true} of {every} hold{'s' if true == 1 else ''}{rest}.")
 
 
-def rows_of(asked: "Asked") -> list[list[Cell]]:
+def assumption_rows(asked: "BlockAssumptions") -> list[list[Cell]]:
     """A row for each assumption of a block; one that says why for a block without any."""
     if not asked.assumptions:
         why = "does not say what it assumes" if asked.assumptions is None else "assumes nothing here"
@@ -158,7 +158,7 @@ def rows_of(asked: "Asked") -> list[list[Cell]]:
     ]
 
 
-def numbers_of(audit: "Audit", scenario: str) -> dict[str, Any]:
+def audit_numbers(audit: "Audit", scenario: str) -> dict[str, Any]:
     """All numbers of an audit, in SI units."""
     oscillation = audit.oscillation
     return {
@@ -173,12 +173,6 @@ def numbers_of(audit: "Audit", scenario: str) -> dict[str, Any]:
         "silent": [{"path": one.path, "block": one.block} for one in audit.asked if one.assumptions is None],
         "chatter": None if audit.chatter is None else audit.chatter._asdict(),
         "no_forecast": audit.no_forecast,
-        "oscillation": None if oscillation is None else numbers_of_oscillation(oscillation),
+        "oscillation": None if oscillation is None else oscillation.numbers(),
         "strain": None if audit.strain is None else audit.strain._asdict(),
     }
-
-
-def numbers_of_oscillation(one: "Sustained") -> dict[str, Any]:
-    """The oscillation of the run, and what ends it."""
-    remains = [each._asdict() for each in one.remains]
-    return {**one._asdict(), "causes": [each.cause for each in one.causes], "remains": remains}

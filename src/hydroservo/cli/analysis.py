@@ -135,8 +135,8 @@ def linearize_command(
     - `hydroservo linearize rig/1khz-pi-sine --unit loop --command 0.1V --load 200N --json`
     - `hydroservo linearize rig/1khz-tsmc-sine --set plant.bulk_modulus=9000bar --at 0.25s --out model`
     """
-    from hydroservo.linear.linearization_finding import linearization_finding
-    from hydroservo.linear.linearize import linearized, point_of
+    from hydroservo.linear.finding import linearization_finding
+    from hydroservo.linear.linearize import linearization_at, linearization_point
     from hydroservo.linear.textbook import textbook
 
     loop = load_loop(scenario, changes, plugins)
@@ -144,8 +144,8 @@ def linearize_command(
     time = parse_quantity("--at", at, "s")
 
     def ask(_: object) -> "tuple[Linearization, Textbook | None]":
-        point = point_of(loop, unit.value, at_command, at_force, time)
-        model = linearized(point, unit.value, sampled=sampled)._replace(loop=loop)
+        point = linearization_point(loop, unit.value, at_command, at_force, time)
+        model = linearization_at(point, unit.value, sampled=sampled)._replace(loop=loop)
         return model, textbook(point) if unit is LinearizedPart.MACHINE else None
 
     output.present(scenario, ask, lambda found: linearization_finding(found[0], scenario, found[1]))
@@ -228,9 +228,9 @@ def bode_command(
     - `hydroservo bode rig/1khz-pi-sine --vary plant.mass=4..12kg --out masses.pdf`
     - `hydroservo bode rig/1khz-pi-sine --log bench.csv --log warm.csv --out bench`
     """
-    from hydroservo.identification.recorded import with_logs
+    from hydroservo.identification.log_responses import with_logs
     from hydroservo.linear.bode import bode, bode_over
-    from hydroservo.linear.bode_finding import bode_finding
+    from hydroservo.linear.finding import bode_finding
     from hydroservo.runs.provenance import origin_of_loop
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.parameter_draws import loops_over

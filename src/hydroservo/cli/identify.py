@@ -26,7 +26,7 @@ from hydroservo.cli.options import (
 if TYPE_CHECKING:
     from hydroservo.cli.messages import Report
     from hydroservo.identification import Identified
-    from hydroservo.identification.further import Further
+    from hydroservo.identification.finding import FurtherAnswers
     from hydroservo.scenario.tables import TableEntry
 
     Ranges = Mapping[str, TableEntry]
@@ -138,9 +138,8 @@ def identify_command(
     from hydroservo.core.errors import HydroservoError
     from hydroservo.core.outputs import write_text
     from hydroservo.identification import compare
-    from hydroservo.identification.finding import identified_finding
-    from hydroservo.identification.further import Further, typed_units
-    from hydroservo.identification.identified import identified
+    from hydroservo.identification.finding import FurtherAnswers, identified_finding, typed_units
+    from hydroservo.identification.identify import identify_entries
     from hydroservo.identification.proposal import propose as propose_log
     from hydroservo.scenario import parse_override
     from hydroservo.work.cores import checked_count
@@ -151,13 +150,13 @@ def identify_command(
     shared = settings_of_other(against, sought, overrides, plugins) if against is not None else ({}, {})
 
     def fit(name: str, ranges: "Ranges", changes: "Changed", report: "Report") -> "Identified":
-        return identified(
+        return identify_entries(
             name, logs, ranges, changes, plugins, seed, memory, count, lambda done: report(done, name)
         )
 
-    def ask(report: "Report") -> "tuple[Identified, Further]":
+    def ask(report: "Report") -> "tuple[Identified, FurtherAnswers]":
         first = fit(scenario, sought, overrides, report)
-        further = Further(typed=typed_units(first, sought))
+        further = FurtherAnswers(typed=typed_units(first, sought))
         try:  # whatever goes wrong here must not cost what the logs tell
             if against is not None:
                 other = fit(against, *shared, report)
@@ -184,7 +183,7 @@ def identify_command(
 def parse_horizon(form: ComparisonForm, text: str | None) -> float | None:
     """The time in which predictions forget; None for a simulation."""
     from hydroservo.core.errors import ParameterError
-    from hydroservo.identification.one_step import USUAL
+    from hydroservo.identification.prediction import USUAL
 
     if form == ComparisonForm.SIMULATION:
         if text is not None:
@@ -298,7 +297,7 @@ def log_command(
     from hydroservo.core.errors import ParameterError
     from hydroservo.identification.finding import log_finding
     from hydroservo.identification.log import TIME, read_log
-    from hydroservo.identification.segments import understood
+    from hydroservo.identification.segments import understand_log
 
     if scenario is None and (changes or plugins):
         option = "--set" if changes else "--plugin"
@@ -307,5 +306,7 @@ def log_command(
         )
     mapping = {} if scenario is None else log_columns_of(scenario, changes, plugins)
     output.present(
-        str(file), lambda _: understood(read_log(file, mapping, (TIME,))), partial(log_finding, logs=[file])
+        str(file),
+        lambda _: understand_log(read_log(file, mapping, (TIME,))),
+        partial(log_finding, logs=[file]),
     )

@@ -127,6 +127,11 @@ def quantity(value: float, unit: str) -> str:
     return with_label(number(scale.of(value)), scale.label)
 
 
+def plain_quantity(value: float, unit: str) -> str:
+    """A quantity in characters that every terminal has."""
+    return quantity(value, unit).replace(MINUS, "-")
+
+
 def with_label(text: str, label: str) -> str:
     """A number with its unit behind it."""
     if text == NONE:

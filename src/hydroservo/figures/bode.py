@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hydroservo.core.command_scale import in_command_unit
 from hydroservo.core.formatting import quantity
 from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
-from hydroservo.linear.reading import READ, read_as
+from hydroservo.linear.margins import MARGIN_LABELS, formatted_margin
 
 if TYPE_CHECKING:
     from hydroservo.linear import Linearization
@@ -178,7 +178,10 @@ def margins_of(data: xr.Dataset) -> list[str]:
     """The margins that there are and the onset of oscillation, a line each."""
     shown = ("gain_margin", "phase_margin", "disk_margin", "oscillation_gain")
     known = [name for name in shown if not math.isnan(data[name])]
-    return [f"{READ[name][0]} {read_as(float(data[name]), READ[name][1], '')}" for name in known]
+    return [
+        f"{MARGIN_LABELS[name][0]} {formatted_margin(float(data[name]), MARGIN_LABELS[name][1], '')}"
+        for name in known
+    ]
 
 
 def level(axis: Axes, value: float) -> None:

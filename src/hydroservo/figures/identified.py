@@ -15,7 +15,7 @@ from hydroservo.identification.log import INPUTS, SIGNALS
 if TYPE_CHECKING:
     from hydroservo.identification import LogFit
     from hydroservo.identification.maps import StaticMap
-    from hydroservo.identification.segments import Understood
+    from hydroservo.identification.segments import UnderstoodLog
 
 HEIGHT = 1.35  # inch, of a panel
 SUFFIX = "_simulated"
@@ -28,7 +28,7 @@ DIRECTIONS = ("command falls", "command rises")
 Samples = NDArray[np.float64]
 
 
-def plot_log(whole: "Understood") -> Plot:
+def plot_log(whole: "UnderstoodLog") -> Plot:
     """Each signal of a log over time as it was understood; what was left out is marked."""
     log = whole.log
     parts = [{**one.inputs, **one.measured} for one in whole.segments]

@@ -18,7 +18,7 @@ from hydroservo.core.time_series import TimeSeries
 from hydroservo.core.validation import checked
 from hydroservo.cosimulation import refuse_fmus
 from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE
-from hydroservo.identification.observer import Observer, corrector
+from hydroservo.identification.observer import LogObserver, corrector
 from hydroservo.identification.segments import Segment
 from hydroservo.limits.command import Playback
 from hydroservo.machine import loads
@@ -43,24 +43,16 @@ COARSE = 1e-4  # tolerance of a search's steps: a tenth of what its first fit tr
 
 
 class Experiment(NamedTuple):
-    """What is run to say what a segment would have shown.
+    """What is run to say what a segment would have shown."""
 
-    Attributes:
-        segment: the stretch of a log.
-        given: the loop that plays it, its plant's start open where the log says nothing.
-        loop: the same, ready to run.
-        start: the states in which it begins that the log shows, by their path in :attr:`loop`.
-        unseen: of those that it does not show, the scenario's value and how far it moves, by path.
-        varied: paths that may differ between runs; one kernel serves all sets of them.
-        observer: what lets it follow the segment; None simulates it.
-    """
-
-    segment: Segment
-    given: Loop
-    loop: Loop
+    segment: Segment  # the stretch of a log
+    given: Loop  # the loop that plays it, its plant's start open where the log says nothing
+    loop: Loop  # the same, ready to run
+    # the states in which it begins that the log shows, by their path in :attr:`loop`
     start: Mapping[str, float]
-    varied: tuple[str, ...]
-    observer: Observer | None = None
+    varied: tuple[str, ...]  # paths that may differ between runs; one kernel serves all sets of them
+    observer: LogObserver | None = None  # what lets it follow the segment; None simulates it
+    # of those that it does not show, the scenario's value and how far it moves, by path
     unseen: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
     @property
@@ -76,19 +68,14 @@ def experiment(
 
     It starts in the states that the log shows, from its first samples, and else where the scenario does.
 
-    Args:
-        loop: of the scenario.
-        segment: what drives the machine, and what was measured.
-        varied: the paths that will differ between runs, as :func:`played_path` has them; those of a load
-            whose place a recorded force takes are left out.
-        substeps: of a period of the segment.
-        moving: whether the states that the log does not show may differ between runs, too.
+    Paths in ``varied`` may differ between runs, but for those of a load that a recorded force replaces; with
+    ``moving``, so may states that the log does not show.
     """
     refuse_fmus(loop, "identify it")
-    played = playing(loop, segment, substeps)
+    played = playback_loop(loop, segment, substeps)
     known = first_states(ready(played), segment)
     every = dict(moving_states(ready(played))) | known if moving else known
-    fixed = played._replace(start=AsBuilt(nested(every | given_of(ready(played), every))))
+    fixed = played._replace(start=AsBuilt(nested(every | given_states(ready(played), every))))
     start = {f"{GIVEN}{path}": value for path, value in known.items()}
     begins = [f"{GIVEN}{path}" for path in every]
     if EXTERNAL_FORCE not in segment.inputs:
@@ -102,7 +89,7 @@ def played_path(path: str) -> str:
     return f"{LOAD}{path}" if path.startswith(LOAD) else path
 
 
-def playing(loop: Loop, segment: Segment, substeps: int) -> Loop:
+def playback_loop(loop: Loop, segment: Segment, substeps: int) -> Loop:
     """The loop with a recorded command in place of its law, and a recorded force in that of its load."""
     simulation = loop.simulation._replace(
         duration=segment.period * (segment.samples - 1),
@@ -145,13 +132,13 @@ def first_value(values: NDArray[np.float64]) -> float:
     return float(np.polyval(np.polyfit(places, values[places], 1), 0.0))
 
 
-def given_of(loop: Loop, known: Mapping[str, float]) -> dict[str, float]:
+def given_states(loop: Loop, known: Mapping[str, float]) -> dict[str, float]:
     """The states that the scenario's own start gives or finds, but for those that are known."""
     pairs = leaves(loop.start.given) if isinstance(loop.start, AsBuilt | Steady) else ()
     return {path: value for path, value in pairs if path not in known and not path.startswith("controller")}
 
 
-def predicted(
+def predict_traces(
     one: Experiment,
     columns: Mapping[str, NDArray[np.float64]],
     threads: int,
@@ -160,16 +147,9 @@ def predicted(
 ) -> Traces:
     """What the machine would have shown with each of some sets of parameters.
 
-    Args:
-        one: the experiment.
-        columns: arrays of shape (runs,) in SI units by path; where one of the experiment's paths is not
-            among them, the loop's own value holds.
-        threads: how many to use.
-        offsets: of the sensors that an observer follows, arrays of shape (runs,) by signal.
-        late: by how many samples what an observer follows comes later, shape (runs,).
-
-    Returns:
-        Shape (samples, signals, runs), the signals those of MachineOutputs; nan once a run is lost.
+    Columns, offsets of the sensors that an observer follows and the samples by which it is late have shape
+    (runs,); where a path has no column, the loop's own value holds. The result has shape (samples, signals,
+    runs), the signals those of MachineOutputs, nan once a run is lost.
     """
     from hydroservo.engine.lane_traces import monitor_traces
     from hydroservo.engine.lanes import LANES
@@ -202,12 +182,12 @@ def kernel_for(
     """The kernel of an experiment, and all that its runs do not share."""
     from hydroservo.engine.lanes import CompiledLanes
 
-    started, state = runs_of(one, columns), first_state(one.loop)
+    started, state = run_columns(one, columns), first_state(one.loop)
     study, wanted = studied(one.loop, one.segment.samples), wanted_of(one.loop, state, ())
     return CompiledLanes(study, wanted, state, tuple(started), strict=False), started
 
 
-def runs_of(one: Experiment, columns: Mapping[str, NDArray[np.float64]]) -> Columns:
+def run_columns(one: Experiment, columns: Mapping[str, NDArray[np.float64]]) -> Columns:
     """All columns by which the runs of an experiment differ, their starting states included."""
     own = dict(leaves(one.loop))
     size = next(iter(columns.values())).size
@@ -256,22 +236,17 @@ def first_steps(loop: Loop, segment: Segment) -> int:
 def automatic_steps(one: Experiment, numbers: Mapping[str, float], tolerance: float) -> int:
     """The number of automatic steps between two samples that a machine takes over a log's beginning.
 
-    Args:
-        one: the experiment.
-        numbers: of the machine, by path in its loop.
-        tolerance: relative error that steps may make; the scenario's own applies where it is larger.
+    The tolerance is relative; the scenario's own applies where it is larger.
     """
     simulation, segment = one.given.simulation, one.segment
     samples = max(min(segment.samples, round(TRIED / segment.period)), 2)
     brief = simulation._replace(
-        duration=segment.period * (samples - 1),
-        substeps=AUTO,
-        tolerance=max(tolerance, simulation.tolerance),
+        duration=segment.period * (samples - 1), substeps=AUTO, tolerance=max(tolerance, simulation.tolerance)
     )
     loop: Loop = replace(one.given._replace(simulation=brief), numbers)
     return int(quietly(simulate)(loop, record=()).attrs["substeps"])
 
 
-def with_steps(one: Experiment, substeps: int) -> Experiment:
+def with_experiment_steps(one: Experiment, substeps: int) -> Experiment:
     """The experiment with so many steps between two samples."""
     return one._replace(given=with_substeps(one.given, substeps), loop=with_substeps(one.loop, substeps))

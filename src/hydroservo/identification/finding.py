@@ -1,36 +1,39 @@
-"""What an identification says, and what a log says as it is understood."""
+"""What an identification says, with all that was asked beyond it, and what a log says."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from hydroservo._version import __version__
-from hydroservo.core.formatting import quantity
+from hydroservo.core.formatting import Scale, quantity
 from hydroservo.core.outputs import final_place, write_text
-from hydroservo.identification.further import NOTHING_FURTHER, Further, Typed, cells
 from hydroservo.identification.log import COMMAND, SIGNALS, TIME
-from hydroservo.identification.segments import Understood
+from hydroservo.identification.segments import UnderstoodLog
 from hydroservo.runs.provenance import origin_of_loop, scenario_hash
+from hydroservo.scenario.ranges import typed_scales
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
 from hydroservo.show.finding import logs_of, title_of
 
 if TYPE_CHECKING:
+    from hydroservo.core.errors import HydroservoError
     from hydroservo.figures.style import Plot
-    from hydroservo.identification.left_out import Effect
+    from hydroservo.identification.conclusions import Comparison
+    from hydroservo.identification.effects import LeftOutEffect
+    from hydroservo.identification.proposal import Proposal
     from hydroservo.identification.result import Estimate, Identified, LogFit, SignalFit
+    from hydroservo.scenario.tables import TableEntry
 
+Typed = Mapping[str, Scale]
+PROMISES = (Column("parameter"), *(Column("from"), Column("to"), UNIT), Column("times as narrow", digits=3))
 COLUMNS = (*map(Column, ("signal", "column", "samples", "lowest", "highest")), UNIT)
 CAPTION = "Each signal over time, as it is understood. Crosses: samples that stand out alone."
 UNFIT = "THE MODEL DOES NOT FIT the logs, so they tell none of its numbers."
-PARAMETERS = (
-    Column("parameter"),
-    *(Column("value"), Column("from"), Column("to"), UNIT),
-    Column("the logs"),
-)
+PARAMETERS = (Column("parameter"), *(Column("value"), Column("from"), Column("to"), UNIT), Column("the logs"))
 SIGNAL_COLUMNS = (
     Column("signal"),
     *(Column(name, digits=3) for name in ("residual, rms", "fitted part", "held out", "offset")),
@@ -48,33 +51,119 @@ SOUGHT = "What was sought, and whether the logs tell it."
 WHITE = "p: of the test by Ljung and Box that the residual is white noise."
 
 
-def log_finding(whole: Understood, logs: Sequence[Path] = ()) -> Finding:
+class FurtherAnswers(NamedTuple):
+    """What was asked beyond numbers and their intervals."""
+
+    other: "Identified | None" = None  # another scenario, fitted to the same logs
+    comparison: "Comparison | None" = None  # with it
+    proposal: "Proposal | None" = None  # for the next log
+    typed: Typed = MappingProxyType({})  # the units in which ranges were typed, by SI unit
+    failure: "HydroservoError | None" = None  # why some of it is missing; None where nothing is
+
+    def verdict(self) -> list[Line]:
+        """Whether the larger of both models earns its numbers."""
+        if self.comparison is None:
+            return []
+        lead, why = self.comparison.verdict, str(self.comparison)
+        mark = Mark.GOOD if self.comparison.earns else Mark.DOUBTFUL
+        return [Line(lead, f"{why.removeprefix(lead)}.", mark)]
+
+    def remarks(self, identified: "Identified") -> list[str]:
+        """What a user should know of the other scenario alone."""
+        if self.other is None:
+            return []
+        own = [line for line in self.other.remarks if line not in identified.remarks]
+        return [f"{self.other.scenario}: {line}" for line in own]
+
+    def tables(self, identified: "Identified") -> list[Table]:
+        """What is held out, missed by both models; and what would become of each interval."""
+        tables = [] if self.comparison is None else [comparison_table(identified, self.comparison)]
+        return tables if self.proposal is None else [*tables, proposal_table(self.proposal, self.typed)]
+
+    def numbers(self) -> dict[str, Any]:
+        """All numbers of it, in SI units."""
+        numbers: dict[str, Any] = {}
+        if self.comparison is not None:
+            held = {" ".join(key): list(both) for key, both in self.comparison.held_out.items()}
+            numbers["comparison"] = self.comparison._asdict() | {"held_out": held}
+        if self.proposal is not None:
+            one = self.proposal
+            promises = {path: each._asdict() for path, each in one.promises.items()}
+            kept = {"promises": promises, "reached": one.reached, "bounds": one.bounds}
+            numbers["proposal"] = {"name": one.name, "asked": list(one.asked), **kept}
+        return numbers
+
+
+NO_FURTHER_ANSWERS = FurtherAnswers()
+
+
+def typed_units(identified: "Identified", ranges: "Mapping[str, TableEntry]") -> dict[str, Scale]:
+    """The units in which ranges were typed, by SI unit: those given, and those of the scenario."""
+    every = {**identified.fitted.assembly.log_ranges, **ranges}
+    return typed_scales((every[path], one.unit) for path, one in identified.parameters.items())
+
+
+def typed_cells(values: Iterable[float], unit: str, typed: Typed) -> list[Cell]:
+    """Numbers with their SI unit; those without one in the unit that was typed, such as %."""
+    scale = None if unit else typed.get(unit)
+    return [Cell(scale.of(one), scale.label) if scale else Cell(one, unit) for one in values]
+
+
+def comparison_table(identified: "Identified", comparison: "Comparison") -> Table:
+    """What is held out of each signal, missed by both models."""
+    units = {
+        (fit.understood.log.name, name): one.unit
+        for fit in identified.logs
+        for name, one in fit.signals.items()
+    }
+    single = len(identified.logs) == 1
+    rows = [
+        [Cell(name if single else f"{name}, {log}"), *(Cell(one, units[log, name]) for one in both), Cell()]
+        for (log, name), both in comparison.held_out.items()
+    ]
+    errors = (Column(name, digits=3) for name in (comparison.larger, comparison.smaller))
+    title = "What is held out of each signal, missed by both scenarios (rms)."
+    return Table("comparison", (Column("signal"), *errors, UNIT), rows, title)
+
+
+def proposal_table(proposal: "Proposal", typed: Typed) -> Table:
+    """What would become of each interval."""
+    rows = [
+        [Cell(path), *typed_cells((one.low, one.high), one.unit, typed), Cell(), Cell(one.times)]
+        for path, one in proposal.promises.items()
+    ]
+    title = f"What a log of the proposed command would tell: {proposal.name}."
+    note = "From and to: 95 % interval that it would leave, about what was found."
+    return Table("proposal", PROMISES, rows, title, note, typed=typed)
+
+
+def log_finding(whole: UnderstoodLog, logs: Sequence[Path] = ()) -> Finding:
     """What a log says."""
-    numbers = numbers_of_signals(whole)
+    numbers = signal_numbers(whole)
     lacks = [] if COMMAND in whole.log.signals else ["the log has no command, which identify needs"]
     return Finding(
         f"Log {whole.log.name}",
         rate_lines(numbers),
         [*whole.remarks, *lacks],
         [Table("signals", COLUMNS, signal_rows(numbers["signals"]), "The signals of the log.")],
-        [Picture("log", CAPTION, partial(drawn_log, whole))],
+        [Picture("log", CAPTION, partial(draw_log, whole))],
         numbers,
         logs=logs_of(logs),
     )
 
 
-def drawn_log(whole: Understood) -> "Plot":
+def draw_log(whole: UnderstoodLog) -> "Plot":
     from hydroservo.figures.identified import plot_log
 
     return plot_log(whole)
 
 
-def numbers_of_signals(whole: Understood) -> dict[str, Any]:
+def signal_numbers(whole: UnderstoodLog) -> dict[str, Any]:
     """All numbers of a log, in SI units."""
     signals = {TIME: whole.log.time, **whole.log.signals}
     return {
         "log": whole.log.name,
-        "signals": {name: about(whole, name, values) for name, values in signals.items()},
+        "signals": {name: signal_summary(whole, name, values) for name, values in signals.items()},
         "period": float(np.median([one.period for one in whole.segments])),
         "stretches": [
             {"from": one.start, "to": float(one.time[-1]), "samples": one.samples} for one in whole.segments
@@ -85,7 +174,9 @@ def numbers_of_signals(whole: Understood) -> dict[str, Any]:
     }
 
 
-def about(whole: Understood, name: str, values: "np.ndarray[Any, np.dtype[np.float64]]") -> dict[str, Any]:
+def signal_summary(
+    whole: UnderstoodLog, name: str, values: "np.ndarray[Any, np.dtype[np.float64]]"
+) -> dict[str, Any]:
     """The column of a signal, and its range where it has samples."""
     samples = values[np.isfinite(values)]
     ends = {"lowest": float(samples.min()), "highest": float(samples.max())} if samples.size else {}
@@ -116,17 +207,17 @@ def rate_lines(numbers: Mapping[str, Any]) -> list[Line]:
 
 
 def identified_finding(
-    identified: "Identified", further: Further = NOTHING_FURTHER, logs: Sequence[Path] = ()
+    identified: "Identified", further: FurtherAnswers = NO_FURTHER_ANSWERS, logs: Sequence[Path] = ()
 ) -> Finding:
     """What an identification says."""
     name = identified.scenario
     return Finding(
         title_of("Identification", name),
-        [*lead_of(identified), *further.verdict()],
+        [*lead_lines(identified), *further.verdict()],
         [*(one for one in identified.remarks if one != UNFIT), *further.remarks(identified)],
-        tables_of(identified, further),
-        [*pictures(identified)],
-        {**numbers_of(identified), **further.numbers()},
+        finding_tables(identified, further),
+        [*fit_pictures(identified)],
+        {**identification_numbers(identified), **further.numbers()},
         {"scenario.toml": lambda path: write_text(path, identified.toml(final_place(path).parent))},
         [
             origin_of_loop(name, identified.fitted.assembly.loop),
@@ -136,25 +227,25 @@ def identified_finding(
     )
 
 
-def lead_of(identified: "Identified") -> list[Line]:
+def lead_lines(identified: "Identified") -> list[Line]:
     """The numbers that the logs tell, and those that they do not, in a sentence each."""
     sure = {path: one for path, one in identified.parameters.items() if one.identifiable}
     unsure = [path for path in identified.parameters if path not in sure]
     lines = [] if identified.fits else [Line(UNFIT, mark=Mark.BAD)]
     if sure:
-        numbers = "; ".join(f"{path} is {with_interval(one)}" for path, one in sure.items())
+        numbers = "; ".join(f"{path} is {interval_text(one)}" for path, one in sure.items())
         lines.append(Line(f"{numbers}, with 95 % intervals."))
     if identified.fits and unsure:
         lines.append(Line("The logs do not tell", f" {', '.join(unsure)}.", Mark.DOUBTFUL))
     return lines
 
 
-def with_interval(one: "Estimate") -> str:
+def interval_text(one: "Estimate") -> str:
     value, low, high = (quantity(number, one.unit) for number in (one.value, one.low, one.high))
     return f"{value} ({low} to {high})"
 
 
-def tables_of(identified: "Identified", further: Further) -> list[Table]:
+def finding_tables(identified: "Identified", further: FurtherAnswers) -> list[Table]:
     """The numbers with their intervals, how each signal is met, and what else was asked."""
     judged = identified.horizon is None
     return [
@@ -170,15 +261,15 @@ def parameters_table(identified: "Identified", typed: Typed) -> Table:
     rows = []
     for path, one in {**identified.parameters, **identified.uncertain}.items():
         ends = (one.low, one.high) if identified.fits else (math.nan, math.nan)
-        verdict = verdict_on(one, freed=path in identified.uncertain)
-        numbers = cells((one.value, *ends), one.unit, typed)
+        verdict = verdict_cell(one, freed=path in identified.uncertain)
+        numbers = typed_cells((one.value, *ends), one.unit, typed)
         rows.append([Cell(path), *numbers, Cell(), verdict])
     notes = ["From and to: 95 % interval."] if identified.fits else []
     notes += ["Freed: within its [uncertainty]."] if identified.uncertain else []
     return Table("parameters", PARAMETERS, rows, SOUGHT, " ".join(notes), typed=typed)
 
 
-def verdict_on(one: "Estimate", *, freed: bool) -> Cell:
+def verdict_cell(one: "Estimate", *, freed: bool) -> Cell:
     """What the logs do of a number."""
     text = "freed" if freed else "tell it" if one.identifiable else "do not tell it"
     if one.at_end:
@@ -208,7 +299,7 @@ def signal_row(name: str, one: "SignalFit") -> list[Cell]:
     ]
 
 
-def effects_table(effects: "Sequence[Effect]") -> Table:
+def effects_table(effects: "Sequence[LeftOutEffect]") -> Table:
     """What the model may miss."""
     rows = [
         [
@@ -222,34 +313,34 @@ def effects_table(effects: "Sequence[Effect]") -> Table:
     return Table("effects", EFFECTS, rows, "What the model may miss.", "Explains: share of what is left.")
 
 
-def pictures(identified: "Identified") -> Iterator[Picture]:
+def fit_pictures(identified: "Identified") -> Iterator[Picture]:
     """Each log as it is met and as it was understood."""
     for i, fit in enumerate(identified.logs, 1):
         name = fit.understood.log.name
         yield fit_picture(f"fit-{i}", fit)
-        yield Picture(f"log-{i}", f"How {name} was understood.", partial(drawn_log, fit.understood))
+        yield Picture(f"log-{i}", f"How {name} was understood.", partial(draw_log, fit.understood))
 
 
 def log_fit_finding(fit: "LogFit") -> Finding:
     """How one log of an identification is met."""
     table = signals_table(1, fit, judged=fit.horizon is None)
-    return Finding(fit.understood.log.name, [], [], [table], [fit_picture("fit", fit)], numbers_of_log(fit))
+    return Finding(fit.understood.log.name, [], [], [table], [fit_picture("fit", fit)], log_numbers(fit))
 
 
 def fit_picture(name: str, fit: "LogFit") -> Picture:
     """How a log is met."""
     shown = "simulated" if fit.horizon is None else "predicted"
     caption = f"How {fit.understood.log.name} is met: measured, and {shown} with what was found."
-    return Picture(name, caption, partial(drawn_fit, fit))
+    return Picture(name, caption, partial(draw_fit, fit))
 
 
-def drawn_fit(fit: "LogFit") -> "Plot":
+def draw_fit(fit: "LogFit") -> "Plot":
     from hydroservo.figures.identified import plot_fit
 
     return plot_fit(fit)
 
 
-def numbers_of(identified: "Identified") -> dict[str, Any]:
+def identification_numbers(identified: "Identified") -> dict[str, Any]:
     """All numbers of an identification, in SI units."""
     ends = {} if identified.fits else {"low": None, "high": None}
     return {
@@ -261,14 +352,14 @@ def numbers_of(identified: "Identified") -> dict[str, Any]:
         "uncertain": {path: one._asdict() | ends for path, one in identified.uncertain.items()},
         "effects": [one._asdict() for one in identified.effects],
         "correlations": identified.correlations.tolist(),
-        "logs": [numbers_of_log(fit) for fit in identified.logs],
+        "logs": [log_numbers(fit) for fit in identified.logs],
         "remarks": list(identified.remarks),
         "evaluations": identified.evaluations,
         "horizon": identified.horizon,
     }
 
 
-def numbers_of_log(fit: "LogFit") -> dict[str, Any]:
+def log_numbers(fit: "LogFit") -> dict[str, Any]:
     """How a log was understood and met."""
     segments = [
         {"start": one.start, "period": one.period, "samples": one.samples} for one in fit.understood.segments

@@ -29,6 +29,7 @@ COMMAND = "command"
 EXTERNAL_FORCE = "external_force"
 REFERENCE = "reference"
 
+# What drives the machine: the command must be there; a force stands in place of the scenario's load.
 INPUTS: Mapping[str, Field] = MappingProxyType(
     {
         COMMAND: Field("V", "command of the valve or the pump"),
@@ -39,20 +40,14 @@ FEWEST = 16  # samples
 LARGEST_NUMBER = 1e30  # in SI units
 PERIOD = "period"  # beside the signals of a mapping
 
-Given = str | Path | Mapping[str, Any]
-
-
-"""What drives the machine: the command must be there; a force stands in place of the scenario's load."""
-
+LogSource = str | Path | Mapping[str, Any]
+# What is measured; at least one of these must be there.
 OUTPUTS: Mapping[str, Field] = MappingProxyType(dict(declared_fields(MachineOutputs)))
-"""What is measured; at least one of these must be there."""
-
+# All of them, in SI units, by the name that a column of a log has.
 SIGNALS: Mapping[str, Field] = MappingProxyType({TIME: Field("s", "time"), **INPUTS, **OUTPUTS})
-"""All of them, in SI units, by the name that a column of a log has."""
-
+# What a scenario may say the column of: the demand too, whose unit is that of what is controlled.
 NAMES = (*SIGNALS, REFERENCE)
-"""What a scenario may say the column of: the demand too, whose unit is that of what is controlled."""
-
+# Other usual names, and the columns of a run's trajectory, which is a log too, measured ones first.
 WRITTEN: Mapping[str, Sequence[str]] = MappingProxyType(
     {
         TIME: ("t", "timestamp", "datetime"),
@@ -62,36 +57,28 @@ WRITTEN: Mapping[str, Sequence[str]] = MappingProxyType(
     }
     | {name: (f"sensors.{name}.value", f"sensors.{name}", f"plant.{name}") for name in OUTPUTS}
 )
-"""Other usual names, and the columns of a run's trajectory, which is a log too, measured ones first."""
 
 
-class Log(NamedTuple):
-    """Signals over time, as they were recorded.
+class SignalLog(NamedTuple):
+    """Signals over time, as they were recorded."""
 
-    Attributes:
-        name: of the log, such as its file.
-        time: instants [s], increasing, shape (n,).
-        signals: by their names in :data:`~hydroservo.identification.log.SIGNALS`, in SI units, shape
-            (n,); nan where a sample is missing.
-        unused: columns that hold no signal.
-        columns: the header of each signal's column, where it was read from a file.
-    """
-
-    name: str
-    time: NDArray[np.float64]
+    name: str  # of the log, such as its file
+    time: NDArray[np.float64]  # instants [s], increasing, shape (n,)
+    # by their names in :data:`~hydroservo.identification.log.SIGNALS`, in SI units, shape (n,); nan where a
+    # sample is missing
     signals: Mapping[str, NDArray[np.float64]]
-    unused: Sequence[str] = ()
-    columns: Mapping[str, str] = {}
+    unused: Sequence[str] = ()  # columns that hold no signal
+    columns: Mapping[str, str] = {}  # the header of each signal's column, where it was read from a file
 
 
 def read_logs(
-    logs: Sequence[Given], mapping: Mapping[str, Any], needed: Sequence[str] = (TIME, COMMAND)
-) -> list[Log]:
+    logs: Sequence[LogSource], mapping: Mapping[str, Any], needed: Sequence[str] = (TIME, COMMAND)
+) -> list[SignalLog]:
     """Logs in files, or at hand."""
     if not logs:
         raise ParameterError("logs", "[]", "must be at least one")
     return [
-        checked_log(one, f"log {i}", needed) if isinstance(one, Mapping) else read_log(one, mapping, needed)
+        log_of_arrays(one, f"log {i}", needed) if isinstance(one, Mapping) else read_log(one, mapping, needed)
         for i, one in enumerate(logs, 1)
     ]
 
@@ -101,7 +88,7 @@ def read_log(
     mapping: Mapping[str, Any],
     needed: Sequence[str] = (TIME, COMMAND),
     sought: Mapping[str, Field] = SIGNALS,
-) -> Log:
+) -> SignalLog:
     """The log in a file, as :func:`~hydroservo.scenario.records.read_columns` reads it.
 
     Args:
@@ -140,7 +127,7 @@ def read_log(
     unused = [one.text for one in record.headers if one.place not in used and one.text]
     texts = {one.signal: column_text(one) for one in record.columns}
     rows = dict(record.samples)
-    return checked(Log(name, rows.pop(TIME), rows, unused, texts))
+    return check_log(SignalLog(name, rows.pop(TIME), rows, unused, texts))
 
 
 def column_text(column: RecordColumn) -> str:
@@ -190,14 +177,8 @@ def log_mapping(columns: Mapping[str, TableEntry]) -> dict[str, Any]:
     return {signal: entry.value for signal, entry in columns.items()}
 
 
-def checked_log(given: Mapping[str, Any], name: str, needed: Sequence[str] = (TIME, COMMAND)) -> Log:
-    """The log that arrays in SI units by name make.
-
-    Args:
-        given: ``time``, ``command`` and what was measured, each of shape (n,).
-        name: of the log.
-        needed: signals without which the log is none.
-    """
+def log_of_arrays(given: Mapping[str, Any], name: str, needed: Sequence[str] = (TIME, COMMAND)) -> SignalLog:
+    """The log that arrays in SI units by name make."""
     rows = {str(key): np.asarray(one, dtype=np.float64) for key, one in given.items()}
     for key, row in rows.items():
         if key not in SIGNALS:
@@ -209,10 +190,10 @@ def checked_log(given: Mapping[str, Any], name: str, needed: Sequence[str] = (TI
         raise ParameterError(name, ", ".join(rows), problem)
     if not (np.diff(rows[TIME]) > 0.0).all():
         raise ParameterError(name, "time", "must increase")
-    return checked(Log(name, rows.pop(TIME), rows))
+    return check_log(SignalLog(name, rows.pop(TIME), rows))
 
 
-def checked(log: Log) -> Log:
+def check_log(log: SignalLog) -> SignalLog:
     """A log long enough to tell anything."""
     for name, row in {TIME: log.time, **log.signals}.items():
         if np.nanmax(np.abs(row), initial=0.0) > LARGEST_NUMBER:

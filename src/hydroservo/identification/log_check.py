@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import Block, leaves
 from hydroservo.core.errors import ScenarioError
-from hydroservo.core.formatting import MINUS, quantity
+from hydroservo.core.formatting import MINUS, plain_quantity, quantity
 from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE
-from hydroservo.identification.regression import regression, thinned
-from hydroservo.identification.segments import Segment, Understood, noise_of
+from hydroservo.identification.regression import regression, thin_out
+from hydroservo.identification.segments import Segment, UnderstoodLog, noise_of
 
 BEYOND = 0.1  # of the stroke, by which a sensor's zero may lie beside the machine's
 PRESSURES = frozenset({"pressure_a", "pressure_b"})
@@ -36,7 +36,7 @@ def stroke_of(plant: Block) -> float:
     return float(getattr(plant, "stroke", math.inf))
 
 
-def check_positions(logs: Iterable[Understood], stroke: float) -> None:
+def check_positions(logs: Iterable[UnderstoodLog], stroke: float) -> None:
     """Refuse positions far outside of the stroke [m], as of a wrong unit or a zero at mid-stroke.
 
     With them the piston would begin behind the ends of its cylinder.
@@ -50,7 +50,7 @@ def check_positions(logs: Iterable[Understood], stroke: float) -> None:
         every = np.concatenate(rows)
         low, high = float(np.nanmin(every)), float(np.nanmax(every))
         if low < -BEYOND * stroke or high > (1.0 + BEYOND) * stroke:
-            first, last, whole = (quantity(at, "m").replace(MINUS, "-") for at in (low, high, stroke))
+            first, last, whole = (plain_quantity(at, "m") for at in (low, high, stroke))
             problem = (
                 f"lies between {first} and {last}, and the scenario's piston between 0 and {whole}: are its "
                 "unit and its zero those of the machine?"
@@ -59,19 +59,12 @@ def check_positions(logs: Iterable[Understood], stroke: float) -> None:
 
 
 class Resistance(NamedTuple):
-    """What the force on the piston works against, by the balance of forces.
+    """What the force on the piston works against, by the balance of forces."""
 
-    Attributes:
-        friction: at the mean speed, and half its interval [N].
-        mass: and half its interval [kg].
-        swing: standard deviation of the force [N].
-        scatter: that of what is not explained [N].
-    """
-
-    friction: tuple[float, float]
-    mass: tuple[float, float]
-    swing: float
-    scatter: float
+    friction: tuple[float, float]  # at the mean speed, and half its interval [N]
+    mass: tuple[float, float]  # and half its interval [kg]
+    swing: float  # standard deviation of the force [N]
+    scatter: float  # that of what is not explained [N]
 
     @property
     def sign(self) -> float:
@@ -103,17 +96,16 @@ class Resistance(NamedTuple):
         return less and self.scatter * other.swing < CLEARER_SHARE * other.scatter * self.swing
 
 
-def check_balance(logs: Sequence[Understood], loop: Loop | None, *, driven: bool) -> None:
+def check_balance(logs: Sequence[UnderstoodLog], loop: Loop | None, *, driven: bool) -> None:
     """Refuse a log whose signals contradict each other.
 
-    Args:
-        logs: what was measured.
-        loop: whose areas count, and whose load where no force at the rod was recorded; None for no loop.
-        driven: whether a log is wrong if its command alone contradicts the rest.
+    Without a loop no areas are known; ``driven`` says whether a command that contradicts the rest counts.
     """
     areas = None if loop is None else areas_of(loop.plant)
     for log in logs:
-        problem = balance_problem([loaded(one, loop) for one in log.segments], areas, driven=driven)
+        problem = balance_problem(
+            [with_scenario_load(one, loop) for one in log.segments], areas, driven=driven
+        )
         if problem:
             raise ScenarioError(log.log.name, "", problem)
 
@@ -125,7 +117,7 @@ def areas_of(plant: Block) -> tuple[float, float] | None:
     return None if a is None or b is None else (float(a), float(b))
 
 
-def loaded(one: Segment, loop: Loop | None) -> Segment:
+def with_scenario_load(one: Segment, loop: Loop | None) -> Segment:
     """A stretch with the scenario's load, where no force at the rod was recorded."""
     if loop is None or EXTERNAL_FORCE in one.inputs or "force" in one.measured:
         return one
@@ -145,15 +137,12 @@ def balance_problem(
     A weight, a spring and an overrunning load are in F_0 and k and may have any sign, M and F_c + b |v| not.
     A positive command must move the piston out.
 
-    Args:
-        segments: of the log.
-        areas: A_A and A_B [m^2]; None where the hydraulic force was measured.
-        driven: whether the log is wrong if its command alone contradicts the rest.
+    Without areas [m^2] the hydraulic force was measured. ``driven`` is as :func:`check_balance` has it.
 
     Fails to see a wrong log in which the piston moves one way only, or hardly at all, and takes a load that
     acts along each motion, as a motor on the rod may, for a sign of wrong signals.
     """
-    stretches = [(period, rows) for one in segments for period, rows in [rows_of(one)] if "v" in rows]
+    stretches = [(period, rows) for one in segments for period, rows in [balance_rows(one)] if "v" in rows]
     if correlation(stretches, "v", "slope") < -SURE:
         return "velocity and position contradict each other: reverse the sign of one of them"
     moved = "position" if all("position" in rows for _, rows in stretches) else "velocity"
@@ -165,7 +154,11 @@ def balance_problem(
         wrong = f"hydraulic_force or {moved} is reversed: together they give {found.shown}"
         problem = wrong if found.sign < 0.0 else ""
     else:
-        other = resistance([(period, exchanged(rows)) for period, rows in stretches], areas)
+        swapped = [
+            (period, {**rows, "pressure_a": rows["pressure_b"], "pressure_b": rows["pressure_a"]})
+            for period, rows in stretches
+        ]
+        other = resistance(swapped, areas)
         problem = pressure_problem(found, other or found, moved, follows)
     if not problem and driven and follows < -SURE:
         wrong = "command is" if found is not None and found.sign > 0.0 else f"command or {moved} is"
@@ -196,16 +189,11 @@ def pressure_problem(found: Resistance, other: Resistance, moved: str, follows: 
     return f"pressure_a and pressure_b are swapped, or {moved} is reversed: together they give {found.shown}"
 
 
-def exchanged(rows: Rows) -> Rows:
-    """The same with the pressures of both chambers exchanged."""
-    return {**rows, "pressure_a": rows["pressure_b"], "pressure_b": rows["pressure_a"]}
-
-
-def rows_of(one: Segment) -> tuple[float, Rows]:
+def balance_rows(one: Segment) -> tuple[float, Rows]:
     """The signals of a stretch as means, with its velocity, its slope of position and its acceleration."""
     names = {COMMAND, EXTERNAL_FORCE}
     rows = {**{name: row for name, row in one.inputs.items() if name in names}, **one.measured}
-    period, few = thinned(one.period, rows)
+    period, few = thin_out(one.period, rows)
     if few[next(iter(few))].size < FEWEST:
         return period, {}
     if "position" in few:
@@ -246,10 +234,10 @@ def resistance(
     every = np.concatenate([*speeds, np.zeros(0)])
     if min((every > 0.0).sum(), (every < 0.0).sum()) < FEWEST:
         return None
-    return resisting(parts, float(np.abs(every).mean()))
+    return resistance_fit(parts, float(np.abs(every).mean()))
 
 
-def resisting(parts: Sequence[tuple[Samples, Samples]], speed: float) -> Resistance | None:
+def resistance_fit(parts: Sequence[tuple[Samples, Samples]], speed: float) -> Resistance | None:
     """The regression, with as many of its columns as can be told apart."""
     swing = float(np.std(np.concatenate([force for _, force in parts])))
     for kept in ([0, 1, 2, 3, 4], [0, 1, 2, 3], [0, 1, 3], [1, 3]):

@@ -24,16 +24,13 @@ Matrix = NDArray[np.float64]
 After = Callable[[int, Matrix], None]
 
 
-def shifted(values: Samples, delay: float, whole: int | None = None) -> Samples:
+def shift_signals(values: Samples, delay: float, whole: int | None = None) -> Samples:
     """Signals as they were so many samples before, by a cubic through four samples.
 
     Before the first and after the last sample they are held.
 
-    Args:
-        values: shape (n, ...), samples first.
-        delay: in samples; less than 0 for later ones.
-        whole: number of samples, from one less to two more of which the cubic goes; by default those that
-            end within the delay.
+    Values have samples first. The cubic goes from one less to two more than ``whole`` samples, by default
+    those that end within the delay.
 
     Source: Lagrange's polynomial.
     Fails between samples over which a signal jumps.
@@ -46,7 +43,7 @@ def shifted(values: Samples, delay: float, whole: int | None = None) -> Samples:
 
 def slope_of_shift(values: Samples, delay: float, whole: int | None = None) -> Samples:
     """How shifted signals change with the delay, per sample."""
-    ends = shifted(values, delay + STEP, whole), shifted(values, delay - STEP, whole)
+    ends = shift_signals(values, delay + STEP, whole), shift_signals(values, delay - STEP, whole)
     return (ends[0] - ends[1]) / (2.0 * STEP)
 
 
@@ -62,25 +59,17 @@ def cubic(last: Sequence[Samples], f: Samples | float) -> Samples:
     return found
 
 
-class Observer(NamedTuple):
-    """What corrects a simulated machine after each sample.
+class LogObserver(NamedTuple):
+    """What corrects a simulated machine after each sample."""
 
-    Attributes:
-        measured: what it follows, shape (samples, signals); nan where nothing was.
-        paths: the numbers that it corrects: states, and the unknown force.
-        gain: of each on the difference of each measured and simulated signal, shape (numbers, signals).
-        whole: about how many samples what is measured comes after what is simulated.
-        force: that would move the states by their spread within a sample [N].
-    """
-
-    measured: Matrix
-    paths: Sequence[str]
-    gain: Matrix
-    whole: int
-    force: float
+    measured: Matrix  # what it follows, shape (samples, signals); nan where nothing was
+    paths: Sequence[str]  # the numbers that it corrects: states, and the unknown force
+    gain: Matrix  # of each on the difference of each measured and simulated signal, shape (numbers, signals)
+    whole: int  # about how many samples what is measured comes after what is simulated
+    force: float  # that would move the states by their spread within a sample [N]
 
 
-def rows_of(kernel: "CompiledLanes", paths: Sequence[str]) -> list[int]:
+def memory_rows(kernel: "CompiledLanes", paths: Sequence[str]) -> list[int]:
     """Where some states, and the unknown force, stand in the memory of a group."""
     layout = kernel.layout
     states = {path: layout.states + i for i, (path, _) in enumerate(leaves(kernel.state))}
@@ -88,22 +77,16 @@ def rows_of(kernel: "CompiledLanes", paths: Sequence[str]) -> list[int]:
 
 
 def corrector(
-    observer: Observer, kernel: "CompiledLanes", offsets: Mapping[str, Matrix], late: Matrix
+    observer: LogObserver, kernel: "CompiledLanes", offsets: Mapping[str, Matrix], late: Matrix
 ) -> After:
     """What corrects the lanes of a group once a sample is done: x <- x + K (y - offset - seen).
 
     What was seen is as late as y is, by a cubic that ends at the last sample: so y - offset - seen is what
     is left of a prediction, which knows nothing of y itself or of what came after it.
-
-    Args:
-        observer: the observer.
-        kernel: of the lanes.
-        offsets: of sensors, of the runs in these lanes, by signal.
-        late: by how many samples what is measured comes later, of these runs.
     """
     from hydroservo.engine.lanes import LANES
 
-    rows, sums = rows_of(kernel, observer.paths), kernel.layout.sums
+    rows, sums = memory_rows(kernel, observer.paths), kernel.layout.sums
     reads = np.zeros((len(OUTPUTS), LANES))
     for i, name in enumerate(OUTPUTS):
         if name in offsets:
@@ -134,14 +117,8 @@ def fading_gain(transition: Matrix, seen: Matrix, noise: Matrix, forgetting: flo
 
     Whatever the machine itself forgets more slowly than g per sample, the observer forgets at that rate.
 
-    Args:
-        transition: F, of the states over a sample, shape (n, n), in units of their spreads.
-        seen: C, of the measured signals at it, shape (signals, n).
-        noise: the deviation of each signal's noise, shape (signals,).
-        forgetting: g, more than 1.
-
-    Returns:
-        K, shape (n, signals).
+    F is in units of the states' spreads, C has shape (signals, n), R is diagonal with the squares of
+    ``noise``, and g is above 1. K has shape (n, signals).
 
     Source: Anderson, Moore, Optimal Filtering, 1979, sec. 6.2 (exponential data weighting).
     Fails to correct what no signal shows: that has next to no gain.

@@ -12,12 +12,12 @@ from hydroservo.identification.experiment import (
     GIVEN,
     Experiment,
     automatic_steps,
-    predicted,
-    runs_of,
-    with_steps,
+    predict_traces,
+    run_columns,
+    with_experiment_steps,
 )
 from hydroservo.identification.log import OUTPUTS
-from hydroservo.identification.observer import shifted, slope_of_shift
+from hydroservo.identification.observer import shift_signals, slope_of_shift
 from hydroservo.identification.segments import Segment
 from hydroservo.runs.columns import Columns
 from hydroservo.runs.space import Space
@@ -39,28 +39,17 @@ Values = Mapping[str, Vector]
 Ends = tuple[float, float] | None
 
 
-class Unknown(NamedTuple):
-    """One number that is sought.
+class UnknownNumber(NamedTuple):
+    """One number that is sought."""
 
-    Attributes:
-        name: of a parameter its path; else what it is of, for people.
-        kind: "parameter", "uncertain" (a parameter that is not sought), "start", "delay" or "offset".
-        where: of a start the segment's number, of a delay or an offset the log's; of a parameter -1.
-        key: its path, or the signal of an offset.
-        scale: SI units per unit of the search; of a parameter 1, for it is sought in its range as 0 to 1.
-        low: the least that it may be, in units of the search.
-        high: the most.
-        share: the part of that range over which it is taken as even before anything is measured.
-    """
-
-    name: str
-    kind: str
-    where: int
-    key: str
-    scale: float
-    low: float
-    high: float
-    share: float = 1.0
+    name: str  # of a parameter its path; else what it is of, for people
+    kind: str  # "parameter", "uncertain" (a parameter that is not sought), "start", "delay" or "offset"
+    where: int  # of a start the segment's number, of a delay or an offset the log's; of a parameter -1
+    key: str  # its path, or the signal of an offset
+    scale: float  # SI units per unit of the search; of a parameter 1, for it is sought in its range as 0 to 1
+    low: float  # the least that it may be, in units of the search
+    high: float  # the most
+    share: float = 1.0  # the part of that range over which it is taken as even before anything is measured
 
     @property
     def prior(self) -> float:
@@ -69,31 +58,19 @@ class Unknown(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """What is fitted to what.
+    """What is fitted to what."""
 
-    Attributes:
-        experiments: one for each segment.
-        space: the ranges of the parameters.
-        columns: the numbers that follow from parameters, by path in a loop that plays a segment, in SI units.
-        unknowns: all that is sought, the parameters first.
-        spread: of each signal of each log, by log and name, in its unit.
-        usual: where the search begins, shape (unknowns,).
-        threads: how many to use.
-        delays: least and largest delay of a log [s]; None for the default range.
-        automatic: whether the number of integration steps adapts to the machine.
-        pinned: whether numbers that are uncertain but not sought stay where they are.
-    """
-
-    experiments: Sequence[Experiment]
-    space: Space
+    experiments: Sequence[Experiment]  # one for each segment
+    space: Space  # the ranges of the parameters
+    # the numbers that follow from parameters, by path in a loop that plays a segment, in SI units
     columns: Callable[[Values], Mapping[str, Vector]]
-    unknowns: Sequence[Unknown]
-    spread: Mapping[tuple[int, str], float]
-    usual: Vector
-    threads: int
-    delays: Ends = None
-    automatic: bool = False
-    pinned: bool = False
+    unknowns: Sequence[UnknownNumber]  # all that is sought, the parameters first
+    spread: Mapping[tuple[int, str], float]  # of each signal of each log, by log and name, in its unit
+    usual: Vector  # where the search begins, shape (unknowns,)
+    threads: int  # how many to use
+    delays: Ends = None  # least and largest delay of a log [s]; None for the default range
+    automatic: bool = False  # whether the number of integration steps adapts to the machine
+    pinned: bool = False  # whether numbers that are uncertain but not sought stay where they are
 
     @property
     def uncertain(self) -> dict[str, float]:
@@ -106,16 +83,11 @@ class Problem(NamedTuple):
         return np.array([one.low for one in self.unknowns]), np.array([one.high for one in self.unknowns])
 
 
-class Simulated(NamedTuple):
-    """A segment as the machine would have shown it.
+class SimulatedSegment(NamedTuple):
+    """A segment as the machine would have shown it."""
 
-    Attributes:
-        values: by signal, with its offset, shape (n,).
-        slopes: by signal, by each unknown, shape (n, unknowns).
-    """
-
-    values: Values
-    slopes: Values
+    values: Values  # by signal, with its offset, shape (n,)
+    slopes: Values  # by signal, by each unknown, shape (n, unknowns)
 
 
 def unknowns_of(
@@ -124,22 +96,16 @@ def unknowns_of(
     spread: Mapping[tuple[int, str], float],
     delays: Ends = None,
     uncertain: Mapping[str, float] | None = None,
-) -> list[Unknown]:
+) -> list[UnknownNumber]:
     """All that is sought: parameters, each segment's start, each log's delay and its sensors' offsets.
 
     A position has no offset: where its zero is and where the piston starts are the same to a machine.
-
-    Args:
-        space: the ranges of the parameters.
-        experiments: one for each segment.
-        spread: of each signal of each log.
-        delays: least and largest delay of a log [s]; None for the default range.
-        uncertain: shares of parameters that are not sought, by path.
     """
     shares = uncertain or {}
     kinds = {path: "uncertain" if path in shares else "parameter" for path in space.ranges}
     found = [
-        Unknown(path, kind, -1, path, 1.0, 0.0, 1.0, shares.get(path, 1.0)) for path, kind in kinds.items()
+        UnknownNumber(path, kind, -1, path, 1.0, 0.0, 1.0, shares.get(path, 1.0))
+        for path, kind in kinds.items()
     ]
     for i, one in enumerate(experiments):
         for path in one.start:
@@ -147,16 +113,16 @@ def unknowns_of(
             scale = spread[one.segment.log, signal]
             at = one.start[path] / scale
             name = f"{signal} at {one.segment.start:g} s"
-            found.append(Unknown(name, "start", i, path, scale, at - FAR, at + FAR))
+            found.append(UnknownNumber(name, "start", i, path, scale, at - FAR, at + FAR))
         for path, (value, scale) in one.unseen.items():
             name, at = f"{path.removeprefix(GIVEN)} at {one.segment.start:g} s", value / scale
-            found.append(Unknown(name, "start", i, path, scale, at - FAR, at + FAR))
-    for log, segment in {
-        one.segment.log: longest(experiments, one.segment.log) for one in experiments
-    }.items():
-        found.append(Unknown("delay", "delay", log, BEGUN, segment.period, *delays_of(segment, delays)))
+            found.append(UnknownNumber(name, "start", i, path, scale, at - FAR, at + FAR))
+    for log in dict.fromkeys(one.segment.log for one in experiments):
+        own = (one.segment for one in experiments if one.segment.log == log)
+        segment = max(own, key=lambda stretch: stretch.samples)
+        found.append(UnknownNumber("delay", "delay", log, BEGUN, segment.period, *delays_of(segment, delays)))
         found += [
-            Unknown(f"offset of {name}", "offset", log, name, spread[log, name], -FAR, FAR)
+            UnknownNumber(f"offset of {name}", "offset", log, name, spread[log, name], -FAR, FAR)
             for name in segment.measured
             if name != "position"
         ]
@@ -176,36 +142,27 @@ def delays_of(segment: Segment, delays: Ends) -> tuple[float, float]:
     return least, min(most, float(lasts))
 
 
-def longest(experiments: Sequence[Experiment], log: int) -> Segment:
-    """The longest segment of a log."""
-    own = [one.segment for one in experiments if one.segment.log == log]
-    return max(own, key=lambda one: one.samples)
-
-
-def simulated(problem: Problem, x: Vector, slopes: bool = True) -> list[Simulated]:
+def simulate_segments(problem: Problem, x: Vector, slopes: bool = True) -> list[SimulatedSegment]:
     """All segments at a point, with the slopes by every unknown.
 
     All differences of a segment's slopes are lanes of one batch. Beside an end of its range, and beside a
     point that allows no machine, they are to one side.
-
-    Args:
-        problem: what is sought.
-        x: the point, in units of the search.
-        slopes: False leaves these 0.
     """
-    return [one_simulated(problem, i, x, slopes) for i in range(len(problem.experiments))]
+    return [simulate_segment(problem, i, x, slopes) for i in range(len(problem.experiments))]
 
 
-def one_simulated(problem: Problem, number: int, x: Vector, slopes: bool) -> Simulated:
+def simulate_segment(problem: Problem, number: int, x: Vector, slopes: bool) -> SimulatedSegment:
     """One segment at a point."""
     one = problem.experiments[number]
     log, signals = one.segment.log, list(one.segment.measured)
     moved = [
         i
         for i, unknown in enumerate(problem.unknowns)
-        if slopes and concerns(problem, unknown, number) and not is_pinned(problem, unknown)
+        if slopes
+        and concerns(problem, unknown, number)
+        and not (problem.pinned and unknown.kind == "uncertain")
     ]
-    points = nudged(problem, x, moved)
+    points = nudged_points(problem, x, moved)
     try:
         shown = runs_at(problem, points, number)
     except (ParameterError, ScenarioError):
@@ -217,17 +174,17 @@ def one_simulated(problem: Problem, number: int, x: Vector, slopes: bool) -> Sim
     slopes_of = np.zeros((one.segment.samples, len(signals), x.size))
     slopes_of[:, :, moved] = (shown[:, :, 1::2] - shown[:, :, 2::2]) / apart
     late = delay_of(problem, log)
-    table = shifted(slopes_of, x[late], one.whole)
+    table = shift_signals(slopes_of, x[late], one.whole)
     if slopes:
         table[:, :, late] += slope_of_shift(shown[:, :, 0], x[late], one.whole)
-    own = shifted(shown[:, :, 0], x[late], one.whole)
+    own = shift_signals(shown[:, :, 0], x[late], one.whole)
     values = {name: own[:, j] for j, name in enumerate(signals)}
     found = {name: table[:, j] for j, name in enumerate(signals)}
     for i, unknown in enumerate(problem.unknowns):
         if unknown.kind == "offset" and unknown.where == log:
             values[unknown.key] += unknown.scale * x[i]
             found[unknown.key][:, i] += unknown.scale
-    return Simulated(values, found)
+    return SimulatedSegment(values, found)
 
 
 def delay_of(problem: Problem, log: int) -> int:
@@ -235,7 +192,7 @@ def delay_of(problem: Problem, log: int) -> int:
     return next(i for i, one in enumerate(problem.unknowns) if one.kind == "delay" and one.where == log)
 
 
-def concerns(problem: Problem, unknown: Unknown, segment: int) -> bool:
+def concerns(problem: Problem, unknown: UnknownNumber, segment: int) -> bool:
     """Whether a segment must be simulated again where an unknown changes."""
     one = problem.experiments[segment]
     own = unknown.where == one.segment.log
@@ -245,12 +202,7 @@ def concerns(problem: Problem, unknown: Unknown, segment: int) -> bool:
     return of.get(unknown.kind, True)
 
 
-def is_pinned(problem: Problem, unknown: Unknown) -> bool:
-    """Whether an unknown stays where it is."""
-    return problem.pinned and unknown.kind == "uncertain"
-
-
-def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> Vector:
+def nudged_points(problem: Problem, x: Vector, moved: Sequence[int]) -> Vector:
     """The point, then beyond and short of it in each unknown that is moved; inside its range."""
     low, high = problem.bounds
     points = np.repeat(x[np.newaxis], 1 + 2 * len(moved), axis=0)
@@ -266,7 +218,7 @@ def are_possible(problem: Problem, points: Vector) -> NDArray[np.bool_]:
     """Which points of shape (points, unknowns) allow a machine that can start in every segment."""
     try:
         for number, one in enumerate(problem.experiments):
-            runs_of(one, columns_at(problem, points, number))
+            run_columns(one, columns_at(problem, points, number))
     except (ParameterError, ScenarioError):
         if len(points) == 1:
             return np.zeros(1, dtype=bool)
@@ -286,26 +238,19 @@ def columns_at(problem: Problem, points: Vector, segment: int) -> Columns:
 
 
 def adapt_steps(problem: Problem, x: Vector, tolerance: float) -> Problem:
-    """The same problem with as many steps as its machine at a point takes.
-
-    Args:
-        problem: what is sought, with automatic steps.
-        x: the point.
-        tolerance: relative error that steps may make; the scenario's own applies where it is larger.
-    """
+    """The same problem with as many steps as its machine at a point takes."""
     every = []
     for number, one in enumerate(problem.experiments):
         numbers = columns_at(problem, x[np.newaxis], number)
         steps = automatic_steps(one, {path: row.item() for path, row in numbers.items()}, tolerance)
-        every.append(with_steps(one, steps))
+        every.append(with_experiment_steps(one, steps))
     return problem._replace(experiments=every)
 
 
 def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
     """What a segment's machine shows at points of shape (runs, unknowns), neither late nor offset.
 
-    Returns:
-        Shape (samples, signals, runs), the signals those of MachineOutputs.
+    The result has shape (samples, signals, runs), the signals those of MachineOutputs.
     """
     one, count = problem.experiments[segment], len(problem.space.ranges)
     offsets = {
@@ -314,22 +259,22 @@ def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
         if unknown.kind == "offset" and unknown.where == one.segment.log
     }
     late = points[:, delay_of(problem, one.segment.log)]
-    return predicted(one, columns_at(problem, points, segment), problem.threads, offsets, late)
+    return predict_traces(one, columns_at(problem, points, segment), problem.threads, offsets, late)
 
 
-def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unknown]) -> Vector:
+def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[UnknownNumber]) -> Vector:
     """The scenario's own values, a start as the log shows it, and else 0; each moved into its range."""
     found = []
     for one in unknowns:
         if one.kind in ("parameter", "uncertain"):
-            found.append(unit_of(space.ranges[one.key], own[one.key]))
+            found.append(share_of_range(space.ranges[one.key], own[one.key]))
         else:
             usual = 0.5 * (one.low + one.high) if one.kind == "start" else 0.0
             found.append(min(max(usual, one.low), one.high))
     return np.array(found)
 
 
-def unit_of(ends: tuple[float, float], value: float) -> float:
+def share_of_range(ends: tuple[float, float], value: float) -> float:
     """Where a value lies in its range, as 0 to 1; the inverse of :class:`~hydroservo.runs.tuning.Space`."""
     low, high = ends
     inside = min(max(value, low), high)

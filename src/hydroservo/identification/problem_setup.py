@@ -20,9 +20,9 @@ from hydroservo.identification.experiment import (
     kernel_for,
     played_path,
 )
-from hydroservo.identification.observer import rows_of
+from hydroservo.identification.observer import memory_rows
 from hydroservo.identification.problem import Ends, Problem, Values, unknowns_of, usual_values
-from hydroservo.identification.segments import Segment, Understood, noise_of
+from hydroservo.identification.segments import Segment, UnderstoodLog, noise_of
 from hydroservo.runs.space import Space, latin_hypercube
 from hydroservo.scenario.datasheets import made_columns
 from hydroservo.scenario.load import Assembly
@@ -36,40 +36,32 @@ FIRST = 12  # samples that show whether something moves
 CLEAR = 3.0  # deviations of noise, from which a change is one
 
 
-class Uncertain(NamedTuple):
-    """A number that is not sought but uncertain.
+class FreedNumber(NamedTuple):
+    """A number that is not sought but uncertain."""
 
-    Attributes:
-        variation: between which values it is freed.
-        share: the part of that range that its uncertainty is.
-    """
-
-    variation: Variation
-    share: float
+    variation: Variation  # between which values it is freed
+    share: float  # the part of that range that its uncertainty is
 
 
-def uncertain_numbers(assembly: Assembly, varied: Sequence[Variation], but: Sequence[str]) -> list[Uncertain]:
+def uncertain_numbers(
+    assembly: Assembly, varied: Sequence[Variation], but: Sequence[str]
+) -> list[FreedNumber]:
     """The numbers of ``[uncertainty]`` that are not sought, each freed to twice as far where that may be.
 
     A number that follows from one that is sought, or from which one follows, is left out.
-
-    Args:
-        assembly: the scenario.
-        varied: what is sought.
-        but: the beginnings of paths that have no influence, as of a load in whose place a force was recorded.
     """
-    freed: list[Uncertain] = []
+    freed: list[FreedNumber] = []
     sought = {one.path for one in varied}
-    for one in deviating(assembly):
+    for one in deviating_numbers(assembly):
         path = one.variation.path
         if path in sought or path.startswith(tuple(but)):
             continue
-        if go_together(assembly, [*varied, *(other.variation for other in freed), one.variation]):
+        if are_independent(assembly, [*varied, *(other.variation for other in freed), one.variation]):
             freed.append(one)
     return freed
 
 
-def deviating(assembly: Assembly) -> Iterator[Uncertain]:
+def deviating_numbers(assembly: Assembly) -> Iterator[FreedNumber]:
     """The numbers whose ``[uncertainty]`` is not 0, twice as far to either side where that may be."""
     for path, one in {**assembly.truth.arguments, **assembly.truth.numbers}.items():
         if not isinstance(one, Deviation) or not one.relative:
@@ -83,7 +75,7 @@ def deviating(assembly: Assembly) -> Iterator[Uncertain]:
                 and within(low, field)
                 and within(high, field)
             ):
-                yield Uncertain(Variation(path, low, high, nominal, one.entry), 1.0 / times)
+                yield FreedNumber(Variation(path, low, high, nominal, one.entry), 1.0 / times)
                 break
 
 
@@ -96,7 +88,7 @@ def nominal_at(assembly: Assembly, path: str) -> tuple[float, Field]:
     return float(value_at(getattr(assembly.nominal, head), inner)), field_at(assembly.loop, path)
 
 
-def go_together(assembly: Assembly, varied: Sequence[Variation]) -> bool:
+def are_independent(assembly: Assembly, varied: Sequence[Variation]) -> bool:
     """Whether no number follows from another one."""
     space = Space({one.path: (one.low, one.high) for one in varied})
     try:
@@ -106,16 +98,20 @@ def go_together(assembly: Assembly, varied: Sequence[Variation]) -> bool:
     return True
 
 
-def problem_of(
+def fit_problem(
     assembly: Assembly,
     varied: Sequence[Variation],
-    freed: Sequence[Uncertain],
-    taken: Sequence[Understood],
+    freed: Sequence[FreedNumber],
+    taken: Sequence[UnderstoodLog],
     threads: int,
     delays: Ends = None,
 ) -> Problem:
     """What is fitted to what: numbers freed begin at their nominal values, delays lie in a range [s]."""
-    own = {one.path: own_value(assembly, one.path) for one in varied}
+    known = assembly.arguments
+    own = {
+        path: known[path].value if path in known else float(value_at(assembly.loop, path))
+        for path in [one.path for one in varied]
+    }
     own |= {one.path: value for one, _ in freed if (value := one.nominal) is not None}
     varied = [*varied, *(one for one, _ in freed)]
     space = Space({one.path: (one.low, one.high) for one in varied})
@@ -123,15 +119,15 @@ def problem_of(
     constructed = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
     columns, paths = partial(played_columns, assembly, varied, constructed), tuple(map(played_path, numbers))
     segments = [one for log in taken for one in log.segments]
-    experiments = [played(assembly.loop, segments, i, paths) for i in range(len(segments))]
-    spread = spreads(segments)
+    experiments = [segment_experiment(assembly.loop, segments, i, paths) for i in range(len(segments))]
+    spread = signal_spreads(segments)
     unknowns = unknowns_of(space, experiments, spread, delays, {one.path: share for one, share in freed})
     usual = usual_values(own, space, unknowns)
     automatic = assembly.loop.simulation.substeps == AUTO
     return Problem(experiments, space, columns, unknowns, spread, usual, threads, delays, automatic)
 
 
-def played(loop: Loop, segments: Sequence[Segment], i: int, paths: Sequence[str]) -> Experiment:
+def segment_experiment(loop: Loop, segments: Sequence[Segment], i: int, paths: Sequence[str]) -> Experiment:
     """A loop that plays a segment; where that begins in motion, states that no sensor shows are sought."""
     moving = begins_in_motion(segments, i)
     one = experiment(loop, segments[i], paths, first_steps(loop, segments[i]), moving)
@@ -161,13 +157,7 @@ def consistent_points(assembly: Assembly, space: Space) -> NDArray[np.float64]:
     return points[there] if there.any() else points
 
 
-def own_value(assembly: Assembly, path: str) -> float:
-    """The value that the scenario has at a path."""
-    argument = assembly.arguments.get(path)
-    return argument.value if argument is not None else float(value_at(assembly.loop, path))
-
-
-def spreads(segments: Sequence[Segment]) -> dict[tuple[int, str], float]:
+def signal_spreads(segments: Sequence[Segment]) -> dict[tuple[int, str], float]:
     """The standard deviation of each log's signals."""
     rows: dict[tuple[int, str], list[NDArray[np.float64]]] = {}
     for one in segments:
@@ -204,7 +194,7 @@ def with_unseen(one: Experiment) -> Experiment:
     columns = {path: np.array([own[path]]) for path in one.varied if path in own}
     kernel, started = kernel_for(one, columns)
     paths = [path for path in one.varied if path.startswith(GIVEN) and path not in one.start]
-    rows = rows_of(kernel, [path.removeprefix(GIVEN) for path in paths])
+    rows = memory_rows(kernel, [path.removeprefix(GIVEN) for path in paths])
     states: list[NDArray[np.float64]] = []
     monitor_traces(
         kernel,

@@ -13,13 +13,13 @@ from hydroservo.identification.regression import NORMAL
 from hydroservo.identification.result import Identified
 from hydroservo.identification.search import Report
 from hydroservo.identification.trial import (
-    Bounds,
+    SignalBounds,
     Trial,
     bounds_of,
     candidates,
-    drawn,
-    held_still,
+    draw_machines,
     openness,
+    steady_command,
     trial_of,
 )
 
@@ -64,7 +64,7 @@ class Proposal(NamedTuple):
     promises: Mapping[str, Promise]
     asked: Sequence[str]
     reached: Mapping[str, tuple[float, float]]
-    bounds: Bounds
+    bounds: SignalBounds
 
     def csv(self) -> str:
         """A table of time and command, as a rig plays it and a ``Recorded`` demand takes it."""
@@ -74,11 +74,7 @@ class Proposal(NamedTuple):
 
 
 def propose(
-    found: Identified,
-    *,
-    limits: Bounds | None = None,
-    seed: int = 0,
-    progress: Report | None = None,
+    found: Identified, *, limits: SignalBounds | None = None, seed: int = 0, progress: Report | None = None
 ) -> Proposal:
     """The command that would narrow the intervals of what the logs do not tell most::
 
@@ -113,8 +109,8 @@ def propose(
     longest = max((one.segment for one in fit.problem.experiments), key=lambda one: one.samples)
     samples = min(longest.samples, round(LONGEST / longest.period) + 1)
     tried = candidates(samples, longest.period, seed)
-    machines = drawn(fit, seed)
-    held = held_still(fit, samples, longest.period, bounds, machines)
+    machines = draw_machines(fit, seed)
+    held = steady_command(fit, samples, longest.period, bounds, machines)
     trials = []
     for number, one in enumerate(tried):
         trials.append(trial_of(found, one, longest, bounds, machines, held))
@@ -123,13 +119,13 @@ def propose(
     if not kept_ones:
         ends = ", ".join(f"{name} in {low:g}..{high:g}" for name, (low, high) in bounds.items())
         raise HydroservoError(f"no command tried stays within the limits: {ends}")
-    asked = asked_of(found, kept_ones)
+    asked = parameters_asked(found, kept_ones)
     best = min(kept_ones, key=lambda one: openness(one.covariance, asked))
     names = list(found.parameters)
-    return proposal(found, best, longest.period, [names[i] for i in asked], bounds)
+    return proposal_of(found, best, longest.period, [names[i] for i in asked], bounds)
 
 
-def asked_of(found: Identified, trials: Sequence[Trial]) -> list[int]:
+def parameters_asked(found: Identified, trials: Sequence[Trial]) -> list[int]:
     """The parameters that the logs do not tell; all where they tell all, or no trial tells more of these."""
     count = len(found.parameters)
     untold = [i for i, one in enumerate(found.parameters.values()) if not one.identifiable]
@@ -138,8 +134,8 @@ def asked_of(found: Identified, trials: Sequence[Trial]) -> list[int]:
     return untold if untold and openness(now, untold) - best > NEWS else list(range(count))
 
 
-def proposal(
-    found: Identified, trial: Trial, period: float, asked: Sequence[str], bounds: Bounds
+def proposal_of(
+    found: Identified, trial: Trial, period: float, asked: Sequence[str], bounds: SignalBounds
 ) -> Proposal:
     """The best of all trials as it is proposed."""
     space = found.fitted.problem.space

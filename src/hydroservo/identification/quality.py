@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.core.block import Block, leaves
-from hydroservo.core.formatting import MINUS, quantity
+from hydroservo.core.formatting import plain_quantity
 from hydroservo.identification.log import SIGNALS
-from hydroservo.identification.problem import Problem, simulated
+from hydroservo.identification.problem import Problem, simulate_segments
 from hydroservo.identification.result import LogFit, SignalFit
-from hydroservo.identification.search import Misfit, Solution, misfit, refined
-from hydroservo.identification.segments import TO_DEVIATION, Understood, resolution_of
+from hydroservo.identification.search import Misfit, Solution, misfit_at, refine
+from hydroservo.identification.segments import TO_DEVIATION, UnderstoodLog, resolution_of
 from hydroservo.identification.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
@@ -47,10 +47,8 @@ def whiteness(
 ) -> float:
     """The probability that noise alone would hang together as residuals do, or more: Ljung and Box's test.
 
-    Args:
-        parts: weighted residuals, of one stretch of time each; those of 20 samples or fewer are left out.
-        first: lag that counts; later ones up to 20 do.
-        null: residuals that noise alone leaves, where that is not white; they scale the statistic.
+    Stretches of 20 samples or fewer are left out. Residuals in ``null``, which noise alone leaves, scale the
+    statistic where they are not white.
 
     Source: Ljung, Box, Biometrika 65, 1978, doi:10.1093/biomet/65.2.297.
     Fails to see what hangs together over more than 20 samples alone.
@@ -72,18 +70,13 @@ def portmanteau(parts: Sequence[Samples], first: int) -> float:
     return size * (size + 2.0) * total
 
 
-def rounded_like(
+def rounded_noise(
     residuals: Sequence[Samples], measured: Sequence[Samples], step: float
 ) -> list[list[Samples]] | None:
     """Residuals that a right model leaves in a quantised signal; None where they are as good as white.
 
     What the model shows is taken for true, and noise is added to it of which, with the rounding, as much is
     left as of the residuals.
-
-    Args:
-        residuals: measured less simulated, weighted, of one stretch of time each.
-        measured: in the same weight.
-        step: of the signal's resolution, in the same weight; 0 where it has none.
     """
     if step <= COARSE:
         return None
@@ -98,19 +91,14 @@ def rounded_like(
     return draws
 
 
-class HeldOut(NamedTuple):
-    """Root mean squares of weighted residuals.
+class HeldOutErrors(NamedTuple):
+    """Root mean squares of weighted residuals."""
 
-    Attributes:
-        inside: over what was fitted.
-        outside: over what was held out.
-    """
-
-    inside: float
-    outside: float
+    inside: float  # over what was fitted
+    outside: float  # over what was held out
 
 
-def held_out(problem: Problem, best: Solution) -> dict[tuple[int, str], HeldOut]:
+def held_out_errors(problem: Problem, best: Solution) -> dict[tuple[int, str], HeldOutErrors]:
     """Fit the first four fifths of each segment, and simulate the last: the residuals of both.
 
     They are by log and signal, in the signal's unit.
@@ -119,15 +107,15 @@ def held_out(problem: Problem, best: Solution) -> dict[tuple[int, str], HeldOut]
     for i, one in enumerate(problem.experiments):
         samples = one.segment.samples
         counted[i] = np.arange(samples) < (1.0 - SHARE) * samples
-    part = refined(problem, best.x, best.weights, counted=counted)
-    shown = misfit(problem, part.x, best.weights, slopes=False)
+    part = refine(problem, best.x, best.weights, counted=counted)
+    shown = misfit_at(problem, part.x, best.weights, slopes=False)
     rows: dict[tuple[int, str], list[list[np.ndarray]]] = {}
     for (i, name), place in shown.rows.items():
         key = problem.experiments[i].segment.log, name
         for inside, of in ((True, 0), (False, 1)):
             own = shown.there[place] & (counted[i] == inside)
             rows.setdefault(key, [[], []])[of].append(shown.residuals[place][own] / best.weights[key])
-    return {key: HeldOut(*(rms(np.concatenate(parts)) for parts in both)) for key, both in rows.items()}
+    return {key: HeldOutErrors(*(rms(np.concatenate(parts)) for parts in both)) for key, both in rows.items()}
 
 
 def rms(values: np.ndarray) -> float:
@@ -136,29 +124,23 @@ def rms(values: np.ndarray) -> float:
 
 
 class Residuals(NamedTuple):
-    """What is left of a signal of a log, weighted, a row for each segment.
+    """What is left of a signal of a log, weighted, a row for each segment."""
 
-    Attributes:
-        left: measured less simulated.
-        measured: the signal.
-        interpolated: whether samples were moved onto a grid.
-    """
-
-    left: list[Samples]
-    measured: list[Samples]
-    interpolated: bool
+    left: list[Samples]  # measured less simulated
+    measured: list[Samples]  # the signal
+    interpolated: bool  # whether samples were moved onto a grid
 
 
 def log_fits(
     problem: Problem,
     best: Solution,
     sure: Uncertainty,
-    taken: Sequence[Understood],
-    apart: Mapping[tuple[int, str], HeldOut],
+    taken: Sequence[UnderstoodLog],
+    apart: Mapping[tuple[int, str], HeldOutErrors],
     sensors: Block,
 ) -> list[LogFit]:
     """Each log as it was met by the model."""
-    shown = misfit(problem, best.x, best.weights, slopes=False)
+    shown = misfit_at(problem, best.x, best.weights, slopes=False)
     predicted = any(one.observer is not None for one in problem.experiments)
     fits = []
     for log, one in enumerate(taken):
@@ -167,8 +149,8 @@ def log_fits(
             fit = signal_fit(problem, best, sure, (log, name), residuals_of(problem, shown, log, name), apart)
             noise = noise_in(sensors, name)
             signals[name] = fit if predicted else fit._replace(problem=unfit_reason(fit, noise))
-        delay = of_log(problem, best, sure, log, "delay")
-        fits.append(LogFit(one, delay, signals, data_of(problem, best, log)))
+        delay = log_unknown(problem, best, sure, log, "delay")
+        fits.append(LogFit(one, delay, signals, fit_data(problem, best, log)))
     return fits
 
 
@@ -191,7 +173,7 @@ def signal_fit(
     sure: Uncertainty,
     key: tuple[int, str],
     rows: Residuals,
-    apart: Mapping[tuple[int, str], HeldOut],
+    apart: Mapping[tuple[int, str], HeldOutErrors],
 ) -> SignalFit:
     """How well a signal is met; whether the model fits it is left open."""
     log, name = key
@@ -204,11 +186,11 @@ def signal_fit(
         rms=rms(values),
         noise=TO_DEVIATION * float(np.median(np.abs(values))),
         explained=1.0 - float(np.var(values)) / problem.spread[key] ** 2,
-        whiteness=whiteness(later, 2 if rows.interpolated else 1, rounded_like(later, levels, step)),
+        whiteness=whiteness(later, 2 if rows.interpolated else 1, rounded_noise(later, levels, step)),
         correlation=autocorrelation(later, 1),
         held_out=apart[key].outside,
         held_in=apart[key].inside,
-        offset=of_log(problem, best, sure, log, "offset", name),
+        offset=log_unknown(problem, best, sure, log, "offset", name),
         problem="",
         unit=SIGNALS[name].unit,
     )
@@ -224,7 +206,7 @@ def unfit_reason(fit: SignalFit, noise: float) -> str:
     if fit.whiteness < WHITE:
         return f"what is left is not white noise (correlation {fit.correlation:.2f} of neighbouring samples)"
     if noise and fit.noise > ABOVE * noise:
-        left, usual = (quantity(one, fit.unit).replace(MINUS, "-") for one in (fit.noise, noise))
+        left, usual = (plain_quantity(one, fit.unit) for one in (fit.noise, noise))
         return f"{left} rms is left, and its sensor has a noise of {usual}"
     return ""
 
@@ -237,7 +219,7 @@ def noise_in(sensors: Block, signal: str) -> float:
     return float(known.get(f"{signal}_noise", share * span))
 
 
-def of_log(
+def log_unknown(
     problem: Problem, best: Solution, sure: Uncertainty, log: int, kind: str, key: str = ""
 ) -> tuple[float, float]:
     """An unknown of a log and its standard deviation, in SI units; 0 if there is none."""
@@ -247,25 +229,27 @@ def of_log(
     return 0.0, 0.0
 
 
-def data_of(problem: Problem, best: Solution, log: int) -> "xr.Dataset":
+def fit_data(problem: Problem, best: Solution, log: int) -> "xr.Dataset":
     """Measured and simulated signals of a log over its time."""
     import xarray as xr
 
-    shown = simulated(problem, best.x, slopes=False)
+    shown = simulate_segments(problem, best.x, slopes=False)
     parts = []
     for one, values in zip(problem.experiments, shown, strict=True):
         if one.segment.log != log:
             continue
         own = {
-            name: ("time", row, about(name))
+            name: ("time", row, signal_attributes(name))
             for name, row in (*one.segment.inputs.items(), *one.segment.measured.items())
         }
-        own |= {f"{name}_simulated": ("time", row, about(name)) for name, row in values.values.items()}
+        own |= {
+            f"{name}_simulated": ("time", row, signal_attributes(name)) for name, row in values.values.items()
+        }
         time = ("time", one.segment.time, {"units": "s", "long_name": "time"})
         parts.append(xr.Dataset(own, coords={"time": time}))
     return xr.concat(parts, "time") if len(parts) > 1 else parts[0]
 
 
-def about(name: str) -> dict[str, str]:
+def signal_attributes(name: str) -> dict[str, str]:
     """Unit and meaning of a signal."""
     return {"units": SIGNALS[name].unit, "long_name": SIGNALS[name].meaning}

@@ -24,8 +24,7 @@ def long_run_covariance(parts: Sequence[Matrix]) -> Matrix:
     What follows from one row to the next in proportion is taken out of each column before and put back after,
     and the rest counts with Bartlett's weights w up to a number of lags that its own autocorrelation says.
 
-    Args:
-        parts: rows of shape (n, numbers) of one stretch of time each, nothing being known between two.
+    Each part is of one stretch of time, shape (n, numbers); nothing is known between two.
 
     Source: Andrews, Monahan, Econometrica 60, 1992, doi:10.2307/2951574 (what is taken out before);
     Andrews, Econometrica 59, 1991, doi:10.2307/2938229, eqs. (6.2)-(6.4) (the number of lags).
@@ -33,7 +32,7 @@ def long_run_covariance(parts: Sequence[Matrix]) -> Matrix:
     """
     follows = np.clip(autocorrelations(parts), -MOST_CORRELATED, MOST_CORRELATED)
     rest = [part[1:] - follows * part[:-1] for part in parts]
-    total = sum((bartlett(one, lags(rest)) for one in rest), np.zeros((follows.size, follows.size)))
+    total = sum((bartlett_sum(one, lag_count(rest)) for one in rest), np.zeros((follows.size, follows.size)))
     back = 1.0 / (1.0 - follows)
     scale = sum(len(part) for part in parts) / sum(len(one) for one in rest)
     found: Matrix = scale * total * back[:, np.newaxis] * back
@@ -48,7 +47,7 @@ def autocorrelations(parts: Sequence[Matrix]) -> Matrix:
     return found
 
 
-def lags(parts: Sequence[Matrix]) -> int:
+def lag_count(parts: Sequence[Matrix]) -> int:
     """How many lags count: Andrews' rule for Bartlett's weights, each column with the weight of its size."""
     rho = np.clip(autocorrelations(parts), -MOST_CORRELATED, MOST_CORRELATED)
     rows = sum(len(part) for part in parts)
@@ -60,7 +59,7 @@ def lags(parts: Sequence[Matrix]) -> int:
     return min(int(1.1447 * math.cbrt(alpha * rows)), rows // 10)
 
 
-def bartlett(rows: Matrix, lags: int) -> Matrix:
+def bartlett_sum(rows: Matrix, lags: int) -> Matrix:
     """The weighted sum over lags."""
     total: Matrix = rows.T @ rows
     for lag in range(1, min(lags, len(rows) - 1) + 1):
@@ -69,16 +68,10 @@ def bartlett(rows: Matrix, lags: int) -> Matrix:
     return total
 
 
-def thinned(
+def thin_out(
     period: float, rows: Mapping[str, Samples], most: int = LONGEST
 ) -> tuple[float, dict[str, Samples]]:
-    """Signals as means over so many samples each that few are left, and the time between these.
-
-    Args:
-        period: between samples [s].
-        rows: by name, shape (n,); nan where nothing was measured.
-        most: that may be left.
-    """
+    """Signals as means over so many samples each that few are left, and the time between these."""
     size = next(iter(rows.values())).size
     width = -(-size // most)
     ends = [*range(0, size - width + 1, width)]
@@ -93,25 +86,14 @@ def thinned(
 
 
 class Regression(NamedTuple):
-    """Coefficients and how sure they are.
+    """Coefficients and how sure they are."""
 
-    Attributes:
-        values: shape (columns,).
-        covariance: shape (columns, columns).
-        scatter: the standard deviation of what is left.
-    """
-
-    values: Matrix
-    covariance: Matrix
-    scatter: float
+    values: Matrix  # shape (columns,)
+    covariance: Matrix  # shape (columns, columns)
+    scatter: float  # the standard deviation of what is left
 
     def ratio(self, above: Matrix, below: Matrix) -> tuple[float, float]:
-        """A quotient of two sums of coefficients, and half of its 95 % interval.
-
-        Args:
-            above: the weights of the dividend, shape (columns,).
-            below: those of the divisor.
-        """
+        """A quotient of two sums of coefficients, and half of its 95 % interval."""
         top, bottom = float(above @ self.values), float(below @ self.values)
         slope = (above - below * (top / bottom)) / bottom
         return top / bottom, self.half(slope)
@@ -133,8 +115,7 @@ def regression(parts: Sequence[tuple[Matrix, Matrix]]) -> Regression | None:
 
     The covariance takes into account that what is left hangs together over time.
 
-    Args:
-        parts: of each stretch of time the columns, shape (n, columns), and what they explain, shape (n,).
+    A part is one stretch of time: columns of shape (n, columns), and what they explain.
 
     Source: Newey, West, Econometrica 55, 1987 (the covariance), with the lags of
     :func:`~hydroservo.identification.regression.long_run_covariance`.
@@ -156,12 +137,8 @@ def regression(parts: Sequence[tuple[Matrix, Matrix]]) -> Regression | None:
     return Regression(found / scale, covariance, float(np.sqrt(left @ left / freedom)))
 
 
-def mean_of(parts: Sequence[Matrix]) -> tuple[float, float, float]:
-    """The mean of samples, their standard deviation, and half of the mean's 95 % interval.
-
-    Args:
-        parts: samples of one stretch of time each, shape (n,).
-    """
+def mean_with_interval(parts: Sequence[Matrix]) -> tuple[float, float, float]:
+    """The mean of samples, their standard deviation, and half of the mean's 95 % interval."""
     every = np.concatenate(parts)
     middle = float(every.mean())
     apart = [(one - middle)[:, np.newaxis] for one in parts if one.size > 1]

@@ -12,12 +12,12 @@ from hydroservo._version import __version__
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import leaves
 from hydroservo.core.errors import HydroservoError, ScenarioError, one_line
-from hydroservo.core.formatting import MINUS, quantity
+from hydroservo.core.formatting import plain_quantity
+from hydroservo.identification.effects import LeftOutEffect
 from hydroservo.identification.finding import identified_finding, log_fit_finding
-from hydroservo.identification.left_out import Effect
 from hydroservo.identification.problem import Problem
 from hydroservo.identification.search import Solution
-from hydroservo.identification.segments import Understood
+from hydroservo.identification.segments import UnderstoodLog
 from hydroservo.identification.uncertainty import Uncertainty
 from hydroservo.scenario.load import Assembly, MachineBlocks, assemble
 from hydroservo.scenario.other_tables import TrueValue
@@ -33,18 +33,10 @@ CLOSE = 1e-9  # relative difference that digits may make
 Changes = Mapping[str, object]
 
 
-def on_base(
+def scenario_on_base(
     scenario: str, tables: Mapping[str, Any], folder: Path | str, command: str, remarks: Sequence[str] = ()
 ) -> str:
-    """TOML that lays what was found over a scenario.
-
-    Args:
-        scenario: what it builds on, a built-in name or a path.
-        tables: what was found.
-        folder: where its file will stand, from which a scenario in a file is found again.
-        command: that found it.
-        remarks: what a reader of it should know, in a line each.
-    """
+    """TOML that lays what was found over a scenario."""
     import tomli_w
 
     base = scenario if scenario in builtin_texts() else os.path.relpath(scenario, folder)
@@ -53,20 +45,13 @@ def on_base(
     return "\n".join(lines) + f"\n{tomli_w.dumps({'base': base, **tables})}"
 
 
-class Fitted(NamedTuple):
-    """What was fitted to what.
+class FittedProblem(NamedTuple):
+    """What was fitted to what."""
 
-    Attributes:
-        assembly: the scenario.
-        problem: parameters and logs.
-        best: where the search ended.
-        sure: how sure that is.
-    """
-
-    assembly: Assembly
-    problem: Problem
-    best: Solution
-    sure: Uncertainty
+    assembly: Assembly  # the scenario
+    problem: Problem  # parameters and logs
+    best: Solution  # where the search ended
+    sure: Uncertainty  # how sure that is
 
 
 class Estimate(NamedTuple):
@@ -93,9 +78,7 @@ class Estimate(NamedTuple):
     meaning: str
 
     def __repr__(self) -> str:
-        low, value, high = (
-            quantity(one, self.unit).replace(MINUS, "-") for one in (self.low, self.value, self.high)
-        )
+        low, value, high = (plain_quantity(one, self.unit) for one in (self.low, self.value, self.high))
         return f"{value} ({low} ... {high})" if self.identifiable else f"{value} (not told by the logs)"
 
 
@@ -138,7 +121,7 @@ class LogFit(NamedTuple):
         horizon: of predictions [s]; None if the whole log was simulated.
     """
 
-    understood: Understood
+    understood: UnderstoodLog
     delay: tuple[float, float]
     signals: Mapping[str, SignalFit]
     data: "xr.Dataset"
@@ -173,14 +156,14 @@ class Identified(NamedTuple):
     parameters: Mapping[str, Estimate]
     uncertain: Mapping[str, Estimate]
     fits: bool
-    effects: Sequence[Effect]
+    effects: Sequence[LeftOutEffect]
     correlations: NDArray[np.float64]
     logs: Sequence[LogFit]
     remarks: Sequence[str]
     tables: Mapping[str, Any]
     evaluations: int
     horizon: float | None
-    fitted: Fitted
+    fitted: FittedProblem
 
     def toml(self, folder: Path | str = ".") -> str:
         """The text of a scenario with what was found, which builds on the one that was fitted.
@@ -190,7 +173,9 @@ class Identified(NamedTuple):
         """
         logs = ", ".join(one.understood.log.name for one in self.logs)
         remarks = [] if self.fits else self.remarks
-        return on_base(self.scenario, self.tables, folder, f"identify {self.scenario} from {logs}", remarks)
+        return scenario_on_base(
+            self.scenario, self.tables, folder, f"identify {self.scenario} from {logs}", remarks
+        )
 
     def __repr__(self) -> str:
         numbers = [f"{path} = {one!r}" for path, one in {**self.parameters, **self.uncertain}.items()]
@@ -204,45 +189,33 @@ class Identified(NamedTuple):
         return html_of(self.finding())
 
 
-def tables_with(
-    source: str | Path,
-    changes: Changes,
-    plugins: Sequence[str | Path],
-    found: Mapping[str, Estimate],
-) -> dict[str, Any]:
+def tables_or_remark(
+    source: str | Path, changes: Changes, plugins: Sequence[str | Path], found: Mapping[str, Estimate]
+) -> tuple[dict[str, Any], list[str]]:
     """The tables of a scenario with what was found as its machine, and its uncertainty from the covariance.
 
     ``[uncertainty]`` holds half the width of each 95 % interval that the logs tell, relative to the value, at
     scale 0: a run is with the values found, and ``--set uncertainty.scale=1`` goes to the interval's end.
     What the scenario had there before counts in ``[truth]`` from now on. A number that a constructor computes
     cannot stand beside what it computes it from, and goes into ``[truth]`` too, in which the law does not
-    believe.
+    believe. Where no scenario can say what was found, the tables stay, and a remark says why: no problem must
+    cost a result.
     """
-    before = assemble(source, changes, plugins)
-    values = {path: one.value for path, one in found.items()}
-    own: dict[str, Any] = dict(changes)
-    for path, value in values.items():
-        own |= {place_of(source, own, plugins, path, value): value}
-    own |= truths(before, values, own)
-    own |= uncertainties(found, own)
-    check_tables(assemble(source, own, plugins), before, values)
-    return nest_changes(own)
-
-
-def tables_or_remark(
-    source: str | Path,
-    changes: Changes,
-    plugins: Sequence[str | Path],
-    found: Mapping[str, Estimate],
-) -> tuple[dict[str, Any], list[str]]:
-    """What :func:`tables_with` gives, or the tables there were and why: no problem must cost a result."""
     try:
-        return tables_with(source, changes, plugins, found), []
+        before = assemble(source, changes, plugins)
+        values = {path: estimate.value for path, estimate in found.items()}
+        own: dict[str, Any] = dict(changes)
+        for path, value in values.items():
+            own |= {written_path(source, own, plugins, path, value): value}
+        own |= truth_changes(before, values, own)
+        own |= uncertainty_changes(found, own)
+        check_written_tables(assemble(source, own, plugins), before, values)
     except HydroservoError as error:
         return nest_changes(changes), [f"the scenario is written without what was found: {error}"]
+    return nest_changes(own), []
 
 
-def place_of(
+def written_path(
     source: str | Path, changes: Changes, plugins: Sequence[str | Path], path: str, value: float
 ) -> str:
     """Where a value can be said: at its own path, or as a truth where a constructor computes the number."""
@@ -253,7 +226,7 @@ def place_of(
     return path
 
 
-def truths(before: Assembly, values: Mapping[str, float], own: Changes) -> dict[str, float]:
+def truth_changes(before: Assembly, values: Mapping[str, float], own: Changes) -> dict[str, float]:
     """What the scenario's uncertainty made of other numbers, and what must outdo a truth of it."""
     loop, said = dict(leaves(before.loop)), {**before.truth.arguments, **before.truth.numbers}
     taken = {
@@ -266,7 +239,7 @@ def truths(before: Assembly, values: Mapping[str, float], own: Changes) -> dict[
     return {f"truth.{path}": value for path, value in (kept | outdone).items() if f"truth.{path}" not in own}
 
 
-def uncertainties(found: Mapping[str, Estimate], own: Changes) -> dict[str, float]:
+def uncertainty_changes(found: Mapping[str, Estimate], own: Changes) -> dict[str, float]:
     """Relative deviations of what the logs tell, at scale 0."""
     relative = {
         f"uncertainty.{path}": 0.5 * (one.high - one.low) / abs(one.value)
@@ -276,7 +249,7 @@ def uncertainties(found: Mapping[str, Estimate], own: Changes) -> dict[str, floa
     return {"uncertainty.scale": 0.0, **relative}
 
 
-def check_tables(written: Assembly, before: Assembly, values: Mapping[str, float]) -> None:
+def check_written_tables(written: Assembly, before: Assembly, values: Mapping[str, float]) -> None:
     """Refuse to write what is not the machine found."""
     told = dict(leaves(MachineBlocks(*(getattr(written.loop, name) for name in MachineBlocks._fields))))
     old = dict(leaves(MachineBlocks(*(getattr(before.loop, name) for name in MachineBlocks._fields))))

@@ -16,7 +16,7 @@ from hydroservo.identification.problem import (
     are_possible,
     delay_of,
     runs_at,
-    simulated,
+    simulate_segments,
 )
 from hydroservo.identification.segments import TO_DEVIATION, noise_of
 from hydroservo.runs.space import latin_hypercube
@@ -44,33 +44,18 @@ Samples = NDArray[np.float64]
 
 
 class Misfit(NamedTuple):
-    """Residuals, measured less simulated, over all segments, signals and samples.
+    """Residuals, measured less simulated, over all segments, signals and samples."""
 
-    Attributes:
-        residuals: weighted; 0 where nothing was measured. Shape (rows,).
-        slopes: by each unknown, shape (rows, unknowns).
-        rows: of each segment and signal, by both.
-        there: which rows were measured.
-    """
-
-    residuals: Vector
-    slopes: Vector
-    rows: Mapping[tuple[int, str], slice]
-    there: NDArray[np.bool_]
+    residuals: Vector  # weighted; 0 where nothing was measured. Shape (rows,)
+    slopes: Vector  # by each unknown, shape (rows, unknowns)
+    rows: Mapping[tuple[int, str], slice]  # of each segment and signal, by both
+    there: NDArray[np.bool_]  # which rows were measured
 
 
-def misfit(
+def misfit_at(
     problem: Problem, x: Vector, weights: Weights, counted: Counted | None = None, slopes: bool = True
 ) -> Misfit:
-    """The residuals at a point; nan everywhere if it allows no machine, or the run is lost.
-
-    Args:
-        problem: what is sought.
-        x: the point, in units of the search.
-        weights: of each signal.
-        counted: which samples count, of segments in which not all do.
-        slopes: False leaves these 0.
-    """
+    """The residuals at a point; nan everywhere if it allows no machine, or the run is lost."""
     rows, start = {}, 0
     for i, one in enumerate(problem.experiments):
         for name in one.segment.measured:
@@ -79,7 +64,7 @@ def misfit(
     residuals, there = np.full(start, np.nan), np.zeros(start, dtype=bool)
     table = np.zeros((start, x.size))
     try:
-        shown = simulated(problem, x, slopes)
+        shown = simulate_segments(problem, x, slopes)
     except (ParameterError, ScenarioError):
         return Misfit(residuals, table, rows, there)
     for (i, name), place in rows.items():
@@ -102,19 +87,12 @@ def residuals_by_signal(problem: Problem, found: Misfit) -> dict[tuple[int, str]
 
 
 class Solution(NamedTuple):
-    """Where a search ended.
+    """Where a search ended."""
 
-    Attributes:
-        x: the point, in units of the search.
-        cost: what is left there.
-        weights: of each signal.
-        evaluations: of residuals and slopes.
-    """
-
-    x: Vector
-    cost: float
-    weights: Weights
-    evaluations: int
+    x: Vector  # the point, in units of the search
+    cost: float  # what is left there
+    weights: Weights  # of each signal
+    evaluations: int  # of residuals and slopes
 
 
 def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solution]:
@@ -135,22 +113,22 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     """
     weights = first_weights(problem)
     ends = []
-    begin_at, best, residual_share = starts(problem, weights, seed)
+    begin_at, best, residual_share = start_points(problem, weights, seed)
     if problem.automatic:
         easier = adapt_steps(problem, best, max(COARSE, tolerance_for(problem, residual_share)))
         problem, begin_at = with_coarse_steps(problem, easier, begin_at, best, weights)
     pinned = problem._replace(pinned=True)
     for number, x in enumerate(begin_at):
-        ends.append(refined(pinned, x, weights, knee=None, tolerance=ROUGH, most=FIRST))
+        ends.append(refine(pinned, x, weights, knee=None, tolerance=ROUGH, most=FIRST))
         report(0.6 * (number + 1) / len(begin_at))
     found = min(ends, key=lambda one: one.cost)
     found = found._replace(evaluations=sum(one.evaluations for one in ends))
-    found = settled(problem, found, lambda part: report(0.6 + 0.2 * part))
+    found = settle_weights(problem, found, lambda part: report(0.6 + 0.2 * part))
     if problem.automatic:
         least = min(1.0 / (weight * problem.spread[key]) for key, weight in found.weights.items())
         finer = adapt_steps(problem, found.x, tolerance_for(problem, least))
-        if steps_of(finer) > steps_of(problem):
-            return finer, settled(finer, found, lambda part: report(0.8 + 0.2 * part))
+        if total_steps(finer) > total_steps(problem):
+            return finer, settle_weights(finer, found, lambda part: report(0.8 + 0.2 * part))
     return problem, found
 
 
@@ -161,7 +139,7 @@ def with_coarse_steps(
 
     Where the best one is, all stays as it was.
     """
-    kept = [x for x in begin_at if np.isfinite(misfit(easier, x, weights, slopes=False).residuals).all()]
+    kept = [x for x in begin_at if np.isfinite(misfit_at(easier, x, weights, slopes=False).residuals).all()]
     return (easier, kept) if any(x is best for x in kept) else (problem, begin_at)
 
 
@@ -173,32 +151,26 @@ def tolerance_for(problem: Problem, share: float) -> float:
     return SMALL * share / math.sqrt(sum(one.segment.samples for one in problem.experiments))
 
 
-def steps_of(problem: Problem) -> int:
+def total_steps(problem: Problem) -> int:
     """How many steps all segments take together."""
     return sum(one.loop.simulation.substeps * one.segment.samples for one in problem.experiments)
 
 
-def settled(problem: Problem, found: Solution, report: Report) -> Solution:
-    """The optimum near another, each signal counting by the deviation of its own residuals.
-
-    Args:
-        problem: what is sought.
-        found: from which the search goes on.
-        report: called with the fraction done.
-    """
+def settle_weights(problem: Problem, found: Solution, report: Report) -> Solution:
+    """The optimum near another, each signal counting by the deviation of its own residuals."""
     evaluations = found.evaluations
     for number in range(ROUNDS):
-        renewed = weights_at(problem, misfit(problem, found.x, found.weights, slopes=False), found.weights)
+        renewed = weights_at(problem, misfit_at(problem, found.x, found.weights, slopes=False), found.weights)
         change = max(abs(renewed[key] / found.weights[key] - 1.0) for key in renewed)
         if number and change < SETTLED:
             break
-        found = refined(problem, found.x, renewed)
+        found = refine(problem, found.x, renewed)
         evaluations += found.evaluations
         report((number + 1) / ROUNDS)
     return found._replace(evaluations=evaluations)
 
 
-def refined(
+def refine(
     problem: Problem,
     x: Vector,
     weights: Weights,
@@ -209,14 +181,7 @@ def refined(
 ) -> Solution:
     """The nearest local optimum.
 
-    Args:
-        problem: what is sought.
-        x: where to begin.
-        weights: of each signal.
-        knee: from where on residuals count linearly; None for nowhere.
-        counted: which samples count, by segment.
-        tolerance: relative change of what is left, at which the search ends.
-        most: evaluations, after which it ends in any case.
+    Residuals count linearly beyond the knee, or nowhere if it is None.
     """
     from scipy.optimize import least_squares
 
@@ -224,7 +189,7 @@ def refined(
 
     def at(point: Vector) -> Misfit:
         if not last or not np.array_equal(last[0][0], point):
-            last[:] = [(point.copy(), misfit(problem, point, weights, counted))]
+            last[:] = [(point.copy(), misfit_at(problem, point, weights, counted))]
         return last[0][1]
 
     low, high = problem.bounds
@@ -256,14 +221,10 @@ def first_weights(problem: Problem) -> dict[tuple[int, str], float]:
     return {key: 1.0 / max(*found, LEAST_ERROR * problem.spread[key]) for key, found in noise.items()}
 
 
-def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector], Vector, float]:
+def start_points(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector], Vector, float]:
     """Where to begin: the scenario's own values, and the best of others, each with the delay that it shows.
 
-    Returns:
-        The starts, the best of them, and the share of the signals' spread that it leaves.
-
-    Raises:
-        HydroservoError: every run is lost.
+    Returned with them are the best one, and the share of the signals' spread that it leaves.
     """
     own, count = problem.usual, len(problem.space.ranges) - len(problem.uncertain)
     points = np.repeat(own[np.newaxis], 1 + CANDIDATES, axis=0)
@@ -274,13 +235,15 @@ def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector],
     cost = np.zeros(len(points))
     for number, one in enumerate(problem.experiments):
         shown = runs_at(problem, points, number)
-        place, scaled = delay_of(problem, one.segment.log), of_log(weights, one.segment.log)
+        place, log = delay_of(problem, one.segment.log), one.segment.log
+        scaled = {name: weight for (number_of_log, name), weight in weights.items() if number_of_log == log}
         late = problem.unknowns[place]
         least, most = math.ceil(late.low), math.floor(late.high)
         for run, point in enumerate(points):
-            own_signals, measured = signals(shown, run), one.segment.measured
-            point[place] = lag(measured, own_signals, scaled, least, max(least, most))
-            cost[run] += left(measured, own_signals, scaled, int(point[place]))
+            own_signals = {name: shown[:, index, run] for name, index in PLACES.items()}
+            measured = one.segment.measured
+            point[place] = best_lag(measured, own_signals, scaled, least, max(least, most))
+            cost[run] += remaining_variance(measured, own_signals, scaled, int(point[place]))
     if not np.isfinite(cost).any():
         raise HydroservoError("a run diverges with each of the parameters tried; try other ranges")
     order = [0, *(1 + np.argsort(cost[1:]))][:STARTS]
@@ -294,16 +257,6 @@ def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector],
     return list(finite.values()), finite[first], math.sqrt(cost[first] / whole)
 
 
-def signals(shown: Vector, run: int) -> dict[str, Vector]:
-    """What one run shows, by name."""
-    return {name: shown[:, place, run] for name, place in PLACES.items()}
-
-
-def of_log(weights: Weights, log: int) -> dict[str, float]:
-    """The weights of one log's signals, by name."""
-    return {name: weight for (number, name), weight in weights.items() if number == log}
-
-
 def weights_at(problem: Problem, found: Misfit, weights: Weights) -> Weights:
     """The inverse of each signal's deviation, from the median of its residuals."""
     renewed = {}
@@ -313,28 +266,22 @@ def weights_at(problem: Problem, found: Misfit, weights: Weights) -> Weights:
     return renewed
 
 
-def lag(
+def best_lag(
     measured: Mapping[str, Samples],
     shown: Mapping[str, Samples],
     weights: Mapping[str, float],
     least: int,
     most: int,
 ) -> int:
-    """The whole number of samples by which measured signals come after simulated ones: what leaves least.
-
-    Args:
-        measured: by name, shape (n,); nan where nothing was measured.
-        shown: those signals, and maybe others, as simulated.
-        weights: of each measured signal.
-        least: the smallest lag that is tried; less than 0 for measured signals that come first.
-        most: the largest one.
-    """
-    every = [weights[name] ** 2 * variances(one, shown[name], least, most) for name, one in measured.items()]
+    """The whole number of samples by which measured signals come after simulated ones: what leaves least."""
+    every = [
+        weights[name] ** 2 * lag_variances(one, shown[name], least, most) for name, one in measured.items()
+    ]
     total = np.sum(every, axis=0)
     return least + int(np.argmin(np.where(np.isfinite(total), total, np.inf)))
 
 
-def left(
+def remaining_variance(
     measured: Mapping[str, Samples], shown: Mapping[str, Samples], weights: Mapping[str, float], shift: int
 ) -> float:
     """The weighted squares of the differences at a lag, a signal's mean difference left out; inf if lost.
@@ -349,7 +296,7 @@ def left(
     return total if np.isfinite(total) else np.inf
 
 
-def variances(measured: Samples, shown: Samples, least: int, most: int) -> Samples:
+def lag_variances(measured: Samples, shown: Samples, least: int, most: int) -> Samples:
     """The variance of a difference at each lag, by Fourier transforms of the correlations in it."""
     before, after = max(most, 0), max(-least, 0)
     there = np.isfinite(measured).astype(np.float64)

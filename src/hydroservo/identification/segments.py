@@ -17,7 +17,7 @@ from hydroservo.identification.log import (
     OUTPUTS,
     REFERENCE,
     SIGNALS,
-    Log,
+    SignalLog,
 )
 
 SIGMAS = 8.0  # of the noise that a spike stands out by
@@ -47,20 +47,17 @@ def spikes_in(values: Samples) -> NDArray[np.bool_]:
     eight deviations of that difference over the whole signal and than 2 % of the signal's range, while the
     signal itself moves by less than half of that from before to after it.
 
-    Args:
-        values: shape (n,); nan where a sample is missing, which is no spike.
-
     Source: the difference to a local mean, with a median as measure, as in Hampel's identifier: Pearson,
     IEEE Trans. Control Systems Technology 10, 2002, doi:10.1109/87.974338.
     Fails to see three in a row, and to know a real pulse of one sample from a spike.
     """
     found = np.zeros(values.size, dtype=bool)
     there = np.isfinite(values)
-    found[there] = alone(values[there])
+    found[there] = spikes_in_full(values[there])
     return found
 
 
-def alone(values: Samples) -> NDArray[np.bool_]:
+def spikes_in_full(values: Samples) -> NDArray[np.bool_]:
     """As :func:`spikes_in`, of samples all of which are there."""
     found = np.zeros(values.size, dtype=bool)
     if values.size < FEWEST_SAMPLES:
@@ -81,9 +78,6 @@ def noise_of(values: Samples) -> float:
 
     It is taken from third differences, which a smooth signal leaves small, and is at least that of the
     signal's own resolution.
-
-    Args:
-        values: shape (n,); nan where a sample is missing.
     """
     differences = np.diff(values[np.isfinite(values)], n=3)
     deviation = TO_DEVIATION * float(np.median(np.abs(differences))) / np.sqrt(20.0)
@@ -101,23 +95,16 @@ def resolution_of(values: Samples) -> float:
 
 
 class Segment(NamedTuple):
-    """An evenly sampled stretch of a log.
+    """An evenly sampled stretch of a log."""
 
-    Attributes:
-        log: the number of its log, from 0 on.
-        start: its first instant, on the log's clock [s].
-        period: between samples [s].
-        inputs: the command, the external force and the demand, if they were recorded, shape (n,).
-        measured: by name, shape (n,); nan where nothing was measured or what was is no measurement.
-        interpolated: whether samples were moved onto the grid, so that noise is in two of them.
-    """
-
-    log: int
-    start: float
-    period: float
+    log: int  # the number of its log, from 0 on
+    start: float  # its first instant, on the log's clock [s]
+    period: float  # between samples [s]
+    # the command, the external force and the demand, if they were recorded, shape (n,)
     inputs: Mapping[str, Samples]
+    # by name, shape (n,); nan where nothing was measured or what was is no measurement
     measured: Mapping[str, Samples]
-    interpolated: bool = False
+    interpolated: bool = False  # whether samples were moved onto the grid, so that noise is in two of them
 
     @property
     def samples(self) -> int:
@@ -130,54 +117,48 @@ class Segment(NamedTuple):
         return self.start + self.period * np.arange(self.samples, dtype=np.float64)
 
 
-class Understood(NamedTuple):
-    """What is taken of a log.
+class UnderstoodLog(NamedTuple):
+    """What is taken of a log."""
 
-    Attributes:
-        log: the log.
-        segments: at least one.
-        spikes: which samples of each signal were left out as spikes, by name.
-        remarks: what was found and how it was handled, in a line each.
-    """
-
-    log: Log
-    segments: Sequence[Segment]
-    spikes: Mapping[str, NDArray[np.bool_]]
-    remarks: Sequence[str]
+    log: SignalLog  # the log
+    segments: Sequence[Segment]  # at least one
+    spikes: Mapping[str, NDArray[np.bool_]]  # which samples of each signal were left out as spikes, by name
+    remarks: Sequence[str]  # what was found and how it was handled, in a line each
 
 
-def understood(log: Log, number: int = 0) -> Understood:
+def understand_log(log: SignalLog, number: int = 0) -> UnderstoodLog:
     """A log as evenly sampled stretches, and a line for everything that is not as it was recorded.
 
     Columns that never change are left out. Spikes count for nothing; those of an input, which a law may well
     have made, are played as they are. Where a few samples lack, so are the inputs; where more
     do, a new stretch begins. Instants beside an even grid are moved onto it by linear interpolation.
     """
-    remarks = [f"columns that are not used: {some_of(log.unused)}"] if log.unused else []
+    remarks = [f"columns that are not used: {some_names(log.unused)}"] if log.unused else []
     gridded = on_one_clock(log)
     if gridded is not None:
         remarks.append("its signals have instants of their own: each counts where it was measured")
         log = gridded
-    rows = dict(changing(log, remarks))
+    rows = dict(changing_signals(log, remarks))
     spikes = {signal: spikes_in(values) for signal, values in rows.items()}
     clean = {name: np.where(spikes[name] & (name in OUTPUTS), np.nan, one) for name, one in rows.items()}
-    remarks += list(said_of_samples(rows, spikes, missing=gridded is None))
+    remarks += list(sample_remarks(rows, spikes, missing=gridded is None))
     period = float(np.median(np.diff(log.time)))
     if not SHORTEST < period < LONGEST:
         remarks.append(f"has a sample every {quantity(period, 's')}: is the unit of its time right?")
-    parts = stretches(log.time, period)
+    gaps = np.flatnonzero(np.diff(log.time) > (LONGEST_BRIDGE + MISSING) * period) + 1
+    parts = [slice(first, last) for first, last in pairwise([0, *gaps.tolist(), log.time.size])]
     if len(parts) > 1:
         remarks.append(f"gaps longer than {LONGEST_BRIDGE} samples split it into {len(parts)} stretches")
-    segments = [segment(number, log.time[part], period, part, clean, remarks) for part in parts]
+    segments = [even_segment(number, log.time[part], period, part, clean, remarks) for part in parts]
     kept = [one for one in segments if one.samples >= FEWEST]
     if len(kept) < len(segments):
         remarks.append(f"stretches of fewer than {FEWEST} samples are left out: {len(segments) - len(kept)}")
     if not kept:
         raise ScenarioError(log.name, "", f"has no stretch of {FEWEST} samples without a gap")
-    return Understood(log, kept, spikes, list(dict.fromkeys(remarks)))
+    return UnderstoodLog(log, kept, spikes, list(dict.fromkeys(remarks)))
 
 
-def on_one_clock(log: Log) -> Log | None:
+def on_one_clock(log: SignalLog) -> SignalLog | None:
     """A log whose signals have instants of their own, on one grid; None where they share theirs.
 
     The grid divides the time between two samples of the signal that has most of them by the least number, at
@@ -210,7 +191,7 @@ def on_one_clock(log: Log) -> Log | None:
     return log._replace(time=time[there], signals={name: one[there] for name, one in signals.items()})
 
 
-def changing(log: Log, remarks: list[str]) -> Iterator[tuple[str, Samples]]:
+def changing_signals(log: SignalLog, remarks: list[str]) -> Iterator[tuple[str, Samples]]:
     """The signals that change, and the command in any case."""
     known = {name: values[np.isfinite(values)] for name, values in log.signals.items()}
     constant = [name for name, values in known.items() if not values.size or not np.ptp(values)]
@@ -228,13 +209,13 @@ def changing(log: Log, remarks: list[str]) -> Iterator[tuple[str, Samples]]:
             yield name, values
 
 
-def some_of(names: Sequence[str]) -> str:
+def some_names(names: Sequence[str]) -> str:
     """The first of many names, and how many more there are."""
     more = len(names) - NAMED
     return ", ".join(names) if more <= 1 else f"{', '.join(names[:NAMED])} and {more} more"
 
 
-def said_of_samples(
+def sample_remarks(
     rows: Mapping[str, Samples], spikes: Mapping[str, NDArray[np.bool_]], missing: bool
 ) -> Iterator[str]:
     """What there is to say of each signal's samples."""
@@ -252,14 +233,7 @@ def said_of_samples(
             yield f"{name} is quantised in {quantity(step, SIGNALS[name].unit)}".replace(MINUS, "-")
 
 
-def stretches(time: Samples, period: float) -> list[slice]:
-    """The parts of a log between gaps."""
-    ends = np.flatnonzero(np.diff(time) > (LONGEST_BRIDGE + MISSING) * period) + 1
-    edges = [0, *ends.tolist(), time.size]
-    return [slice(first, last) for first, last in pairwise(edges)]
-
-
-def segment(
+def even_segment(
     number: int, time: Samples, usual: float, part: slice, rows: Mapping[str, Samples], remarks: list[str]
 ) -> Segment:
     """One stretch on an even grid."""
@@ -276,16 +250,16 @@ def segment(
     whole = np.arange(count, dtype=np.float64)
     own = {name: values[part] for name, values in rows.items()}
     inputs = {
-        name: joined(whole, places if name == EXTERNAL_FORCE else ticks, own[name])
+        name: join_input(whole, places if name == EXTERNAL_FORCE else ticks, own[name])
         for name in DRIVING
         if name in own
     }
     measured = {name: own[name] for name in OUTPUTS if name in own}
-    on_grid = {name: placed(whole, places, values, beside) for name, values in measured.items()}
+    on_grid = {name: place_samples(whole, places, values, beside) for name, values in measured.items()}
     return Segment(number, float(time[0]), period, inputs, on_grid, bool(beside))
 
 
-def joined(whole: Samples, places: Samples, values: Samples) -> Samples:
+def join_input(whole: Samples, places: Samples, values: Samples) -> Samples:
     """An input at each sample: held from the sample before, or between neighbours where one is missing."""
     there = np.isfinite(values)
     if not there.any():
@@ -294,17 +268,17 @@ def joined(whole: Samples, places: Samples, values: Samples) -> Samples:
     return bridged
 
 
-def placed(whole: Samples, places: Samples, values: Samples, beside: bool) -> Samples:
+def place_samples(whole: Samples, places: Samples, values: Samples, beside: bool) -> Samples:
     """What was measured at each sample; nan where nothing was."""
     if beside:
         there = np.isfinite(values)
-        return interpolated(whole, places[there], values[there])
+        return interpolate_samples(whole, places[there], values[there])
     found = np.full(whole.size, np.nan)
     found[places.astype(int)] = values
     return found
 
 
-def interpolated(whole: Samples, places: Samples, values: Samples) -> Samples:
+def interpolate_samples(whole: Samples, places: Samples, values: Samples) -> Samples:
     """Samples moved onto a grid by linear interpolation; nan where none lies near."""
     if places.size < 2:
         return np.full(whole.size, np.nan)

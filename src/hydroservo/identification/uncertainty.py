@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.identification.observer import shifted
+from hydroservo.identification.observer import shift_signals
 from hydroservo.identification.problem import PLACES, Problem, are_possible, delay_of, runs_at
 from hydroservo.identification.regression import NORMAL, long_run_covariance
 from hydroservo.identification.search import KNEE, Misfit, Weights
@@ -22,17 +22,11 @@ WIDEST = 0.5  # of its range, that an interval may be wide
 
 
 class Uncertainty(NamedTuple):
-    """How sure the unknowns are, in units of the search.
+    """How sure the unknowns are, in units of the search."""
 
-    Attributes:
-        covariance: of all, what their ranges say counting as a measurement, shape (unknowns, unknowns).
-        information: what the logs alone say, shape (unknowns, unknowns).
-        resampled: the deviations over resampled stretches of the logs, shape (unknowns,).
-    """
-
-    covariance: Matrix
-    information: Matrix
-    resampled: Matrix
+    covariance: Matrix  # of all, what their ranges say counting as a measurement, shape (unknowns, unknowns)
+    information: Matrix  # what the logs alone say, shape (unknowns, unknowns)
+    resampled: Matrix  # the deviations over resampled stretches of the logs, shape (unknowns,)
 
     @property
     def deviations(self) -> Matrix:
@@ -61,31 +55,26 @@ def uncertainty(problem: Problem, found: Misfit, seed: int) -> Uncertainty:
     As a check, blocks of the logs are drawn with replacement, and what the unknowns would be then follows
     from one step of Newton's method.
 
-    Args:
-        problem: what was sought.
-        found: residuals and slopes at the optimum.
-        seed: of the draws.
-
     Source: Huber, Robust Statistics, 1981, sec. 7.6 (the covariance); White, Econometrica 50, 1982,
     doi:10.2307/1912526 (that it holds where the model is not quite right); Kunsch, Annals of Statistics 17,
     1989 (blocks).
     Fails where the unknowns are so unsure that slopes change over their intervals.
     """
     prior = np.diag([one.prior for one in problem.unknowns])
-    scores, bends = parts_of(problem, found)
+    scores, bends = segment_scores(problem, found)
     information = sum((bend.sum(axis=0) for bend in bends), np.zeros_like(prior))
     inverse = np.linalg.inv(information + prior)
     rows, unknowns = int(found.there.sum()), len(problem.unknowns)
     few = rows / max(rows - unknowns, 1)
-    apart = spacing(problem)
-    influence = [in_groups(one, apart) @ inverse for one in scores]
+    apart = measurement_spacing(problem)
+    influence = [group_sums(one, apart) @ inverse for one in scores]
     covariance = few * long_run_covariance(influence) + inverse @ prior @ inverse
     wider = np.sqrt(np.maximum(np.diag(inverse) / np.diag(covariance), 1.0))
     covariance = 0.5 * (covariance + covariance.T) * np.outer(wider, wider)
-    return Uncertainty(covariance, information, resampled(scores, bends, prior, seed))
+    return Uncertainty(covariance, information, resampled_deviations(scores, bends, prior, seed))
 
 
-def parts_of(problem: Problem, found: Misfit) -> tuple[list[Matrix], list[Matrix]]:
+def segment_scores(problem: Problem, found: Misfit) -> tuple[list[Matrix], list[Matrix]]:
     """Of each segment the scores at each sample, and the information of each of its blocks.
 
     Blocks are as many samples of all signals.
@@ -111,21 +100,23 @@ def parts_of(problem: Problem, found: Misfit) -> tuple[list[Matrix], list[Matrix
     return scores, bends
 
 
-def spacing(problem: Problem) -> int:
+def measurement_spacing(problem: Problem) -> int:
     """Of the signal that was measured most rarely, how many samples lie from one measurement to the next."""
     every = [values for one in problem.experiments for values in one.segment.measured.values()]
     there = [np.flatnonzero(np.isfinite(values)) for values in every]
     return max((int(np.median(np.diff(places))) for places in there if places.size > 1), default=1)
 
 
-def in_groups(rows: Matrix, size: int) -> Matrix:
+def group_sums(rows: Matrix, size: int) -> Matrix:
     """The sums of ``size`` rows each, so that a signal that was measured more rarely is in each of them."""
     return rows if size == 1 else np.add.reduceat(rows, np.arange(0, len(rows), size), axis=0)
 
 
-def resampled(scores: Sequence[Matrix], bends: Sequence[Matrix], prior: Matrix, seed: int) -> Matrix:
+def resampled_deviations(
+    scores: Sequence[Matrix], bends: Sequence[Matrix], prior: Matrix, seed: int
+) -> Matrix:
     """The deviations that the middle 95 % of draws of blocks with replacement show."""
-    sums = np.concatenate([blocks(one, len(bend)) for one, bend in zip(scores, bends, strict=True)])
+    sums = np.concatenate([block_sums(one, len(bend)) for one, bend in zip(scores, bends, strict=True)])
     every = np.concatenate(bends)
     rng = np.random.default_rng(seed)
     counts = rng.multinomial(len(every), np.full(len(every), 1.0 / len(every)), size=DRAWS)
@@ -137,13 +128,13 @@ def resampled(scores: Sequence[Matrix], bends: Sequence[Matrix], prior: Matrix, 
     return found
 
 
-def blocks(rows: Matrix, count: int) -> Matrix:
+def block_sums(rows: Matrix, count: int) -> Matrix:
     """The sums of rows over so many blocks, shape (count, numbers)."""
     edges = np.linspace(0, len(rows), count + 1).astype(int)
     return np.add.reduceat(rows, edges[:-1], axis=0)
 
 
-def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertainty) -> NDArray[np.bool_]:
+def are_identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertainty) -> NDArray[np.bool_]:
     """Which of the parameters the logs tell, shape (parameters,).
 
     One is told if its 95 % interval is at most half of its range, and hardly any of its variance, or next to
@@ -156,14 +147,14 @@ def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertaint
     An uncertain number counts as told where its interval is at most half of its uncertainty.
     """
     sought = np.array([one.kind != "uncertain" for one in problem.unknowns])
-    along = following(problem, sure.information, sought)
+    along = following_directions(problem, sure.information, sought)
     ranges = np.sqrt([12.0 / one.prior for one in problem.unknowns])[sought]
     prior = np.diag([0.0 if own else one.prior for one, own in zip(problem.unknowns, sought, strict=True)])
     information = along.T @ (sure.information + prior) @ along * np.outer(ranges, ranges)
     values, vectors = np.linalg.eigh(information + 12.0 * np.eye(ranges.size))
     deviations = 1.0 / np.sqrt(np.maximum(values, 12.0))  # the least there is; large ones round it
     steps = along @ (NORMAL * deviations * vectors * ranges[:, np.newaxis])
-    untold = (deviations > UNSURE) | ~straight(
+    untold = (deviations > UNSURE) | ~are_straight(
         problem, x, weights, steps, sure.information, deviations > SURE
     )
     shares = vectors**2 / values
@@ -175,7 +166,7 @@ def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertaint
     return found
 
 
-def following(problem: Problem, information: Matrix, sought: NDArray[np.bool_]) -> Matrix:
+def following_directions(problem: Problem, information: Matrix, sought: NDArray[np.bool_]) -> Matrix:
     """How all unknowns move with those sought, the others at their best; shape (unknowns, sought)."""
     along = np.eye(sought.size)[:, sought]
     if not sought.all():
@@ -185,7 +176,7 @@ def following(problem: Problem, information: Matrix, sought: NDArray[np.bool_]) 
     return along
 
 
-def straight(
+def are_straight(
     problem: Problem,
     x: Matrix,
     weights: Weights,
@@ -225,7 +216,9 @@ def losses(problem: Problem, points: Matrix, weights: Weights) -> Matrix:
     for number, one in enumerate(problem.experiments):
         shown = runs_at(problem, points, number)
         late = points[:, delay_of(problem, one.segment.log)]
-        shown = np.stack([shifted(shown[:, :, k], delay, one.whole) for k, delay in enumerate(late)], axis=2)
+        shown = np.stack(
+            [shift_signals(shown[:, :, k], delay, one.whole) for k, delay in enumerate(late)], axis=2
+        )
         for name, measured in one.segment.measured.items():
             values = shown[:, PLACES[name], :]
             if (one.segment.log, name) in offsets:

@@ -21,9 +21,9 @@ from hydroservo.core.block import leaves, values
 from hydroservo.core.errors import ParameterError, require
 from hydroservo.core.nearest import one_of
 from hydroservo.linear.linearization import Linearization, Quantity
-from hydroservo.linear.linearize import linearized, seen_of
+from hydroservo.linear.linearize import linearization_at, seen_quantities
 from hydroservo.linear.operating_point import machine_point
-from hydroservo.linear.parts import machine_rows
+from hydroservo.linear.system import machine_rows
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.scenario.scenario_files import nest_changes
 
@@ -121,9 +121,9 @@ def to_nlsys(loop: Loop, *, command: float | None = None, force: float | None = 
     Fails to be fast: a call of Python for each rate.
     """
     point = machine_point(checked_loop(loop), command, force)
-    model = linearized(point, "machine")
+    model = linearization_at(point, "machine")
     n, there = len(model.states), set(model.outputs)
-    kept = [i for i, one in enumerate(seen_of(point)) if one in there]
+    kept = [i for i, one in enumerate(seen_quantities(point)) if one in there]
 
     def rows(x: Vector, u: Vector) -> Vector:
         return np.array(machine_rows(point, [*x.tolist(), *np.asarray(u, dtype=np.float64).tolist()]))

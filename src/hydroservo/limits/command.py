@@ -15,19 +15,12 @@ from hydroservo.core.signals import Demand, Measurement
 
 
 class CommandLimits(NamedTuple):
-    """What limits a command.
+    """What limits a command."""
 
-    Attributes:
-        limit: its largest size [V].
-        rate: its largest rate [V/s]; inf for none.
-        late: samples from the one at which a law knows something to the first command that can tell.
-        period: between samples [s].
-    """
-
-    limit: float
-    rate: float
-    late: int
-    period: float
+    limit: float  # its largest size [V]
+    rate: float  # its largest rate [V/s]; inf for none
+    late: int  # samples from the one at which a law knows something to the first command that can tell
+    period: float  # between samples [s]
 
     @property
     def rated(self) -> bool:
@@ -57,7 +50,7 @@ def command_limits(loop: Loop) -> CommandLimits:
     return CommandLimits(limit, rate, late, loop.simulation.period)
 
 
-def loosest(limits: Sequence[CommandLimits]) -> CommandLimits:
+def loosest_limits(limits: Sequence[CommandLimits]) -> CommandLimits:
     """What limits the commands of all of some laws at one sample rate: none of them can give others."""
     size, rate = max(one.limit for one in limits), max(one.rate for one in limits)
     return CommandLimits(size, rate, min(one.late for one in limits), limits[0].period)

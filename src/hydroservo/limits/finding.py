@@ -26,12 +26,7 @@ NOTE = "Multiple: how many times this error the law leaves."
 
 
 def limits_finding(limits: "Limits", scenario: str = "") -> Finding:
-    """What the limits of a law say.
-
-    Args:
-        limits: what ``limit`` returned.
-        scenario: its name, if it has one.
-    """
+    """What the limits of a law say."""
     law = limits.law
     times = " and ".join(f"{number(one)} times the {name} limit" for name, one in limits.multiples().items())
     warnings = dict.fromkeys(line for run in limits for line in warnings_of(run))
@@ -40,8 +35,8 @@ def limits_finding(limits: "Limits", scenario: str = "") -> Finding:
         [Line(f"The law leaves {measured(law, 'rms_error')} rms, {times}."), *steps_line(law.attrs)],
         list(warnings),
         [limits_table(limits)],
-        [Picture("limit", CAPTION, lambda: drawn(limits))],
-        numbers_of(limits, scenario),
+        [Picture("limit", CAPTION, lambda: draw_limits(limits))],
+        limit_numbers(limits, scenario),
         {f"{name}.csv": partial(save, run) for name, run in limits._asdict().items()},
         [origin_of(scenario, law.attrs)],
     )
@@ -63,13 +58,13 @@ def limits_table(limits: "Limits") -> Table:
     return Table("limits", columns, rows, "What each command leaves.", NOTE)
 
 
-def drawn(limits: "Limits") -> "Plot":
+def draw_limits(limits: "Limits") -> "Plot":
     from hydroservo.figures.run import plot_comparison
 
     return plot_comparison([*limits], [*limits._fields])
 
 
-def numbers_of(limits: "Limits", scenario: str) -> dict[str, Any]:
+def limit_numbers(limits: "Limits", scenario: str) -> dict[str, Any]:
     """All numbers of limits, in SI units."""
     law, best = limits.law, {"causal": limits.causal, "clairvoyant": limits.clairvoyant}
     return {

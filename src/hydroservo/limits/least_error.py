@@ -1,31 +1,69 @@
-"""The least error that any command can leave in a loop: found, and played back."""
+"""The least error that any command can leave in a loop, with its law or without one."""
 
 import math
 import os
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from hydroservo.control.loop import AUTO, Loop
 from hydroservo.core.block import replace
 from hydroservo.core.errors import require
-from hydroservo.limits.beginning import of_run
-from hydroservo.limits.command import command_limits
+from hydroservo.limits.command import CommandLimits, Playback, command_limits
 from hydroservo.limits.finding import limits_finding
+from hydroservo.limits.problem import machine_functions
 from hydroservo.limits.search import (
     best_commands,
     checked_samples,
-    prepared,
-    run_of,
+    limit_run,
+    loop_to_limit,
+    rest_beginning,
+    run_beginning,
 )
+from hydroservo.machine.sensors import IdealSensors
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.run import Progress
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 from hydroservo.work.notebook_bar import shows_progress
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 LAW = 0.05  # of the work, that is done after its run
+
+
+class MachineLimits(NamedTuple):
+    """The least rms errors that commands can leave."""
+
+    clairvoyant: float  # of one to which all is known
+    causal: float  # of one to which jumps are known once they are there
+    converged: bool  # whether both searches ended; where they did not, an error is what a command reached
+
+
+def without_law(loop: Loop) -> Loop:
+    """A loop without what its limits do not depend on: law, sensors and seed; its command is 0."""
+    changed: Loop = replace(loop, {"simulation.seed": 0})
+    return changed._replace(controller=Playback(np.zeros(1)), sensors=IdealSensors())
+
+
+def check_limited(loop: Loop) -> None:
+    """Refuse what has no limits before anything is computed."""
+    require("casadi", "limit", "a limit")
+    loop = loop_to_limit(loop)
+    checked_samples(loop)
+    machine_functions(loop)
+
+
+def machine_limits(loop: Loop, limits: CommandLimits) -> MachineLimits:
+    """The limits of a loop as :func:`~hydroservo.limits.least_error.limit` has them, without a law.
+
+    The search begins with a machine at rest, its errors are measured by that of a command of 0, and all is
+    computed on one core: nothing depends on a law.
+    """
+    require("casadi", "limit", "a limit")
+    loop = loop_to_limit(loop)
+    still = limit_run(loop._replace(controller=Playback(np.zeros(checked_samples(loop) + 1))))
+    found = best_commands(loop, limits, rest_beginning(loop, limits, still), lambda _: None, threads=1)
+    clairvoyant, causal = (float(run["rms_error"]) for run in (found.clairvoyant, found.causal))
+    return MachineLimits(clairvoyant, causal, all(bool(run.attrs["converged"]) for run in found))
 
 
 class Limits(NamedTuple):
@@ -87,29 +125,22 @@ def limit(loop: Loop, *, progress: Progress | None = None) -> Limits:
             integrator is another one, or a block of its machine cannot be written with symbols.
         HydroservoError: CasADi is not installed, or the solver was lost.
 
-    Source: optimal control by direct multiple shooting; see ``limits.problem.optimum``.
+    Source: optimal control by direct multiple shooting; see ``hydroservo.limits.problem.optimum``.
     Fails to tell a local optimum from the best of all; and at kinks, as of dry friction, where the solver may
     stop short of one.
     """
     report = progress or (lambda _: None)
     require("casadi", "limit", "a limit")
-    loop = prepared(checked_loop(loop))
+    loop = loop_to_limit(checked_loop(loop))
     limits = command_limits(loop)
     checked_samples(loop)
-    own = run_of(loop)
+    own = limit_run(loop)
     report(LAW)
-    loop = with_steps(loop, own)
+    if loop.simulation.substeps == AUTO:  # the limits take the steps that the law's run took
+        loop = replace(loop, {"simulation.substeps": int(own.attrs["substeps"])})
 
-    def told(done: float) -> None:
+    def report_search(done: float) -> None:
         report(LAW + (1.0 - LAW) * done)
 
-    best = best_commands(loop, limits, of_run(loop, limits, own), told, os.cpu_count() or 1)
+    best = best_commands(loop, limits, run_beginning(loop, limits, own), report_search, os.cpu_count() or 1)
     return Limits(own, best.causal, best.clairvoyant)
-
-
-def with_steps(loop: Loop, own: "xr.Dataset") -> Loop:
-    """The loop with the steps that its own run took."""
-    if loop.simulation.substeps != AUTO:
-        return loop
-    changed: Loop = replace(loop, {"simulation.substeps": int(own.attrs["substeps"])})
-    return changed

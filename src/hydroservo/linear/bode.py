@@ -14,7 +14,7 @@ from hydroservo.core.formatting import quantity
 from hydroservo.core.nearest import one_of
 from hydroservo.core.validation import number, whole_number
 from hydroservo.linear.margins import Margins
-from hydroservo.linear.measured import (
+from hydroservo.linear.measurement import (
     ADDED,
     ASKED,
     DEMAND,
@@ -23,14 +23,13 @@ from hydroservo.linear.measured import (
     FORCE,
     GIVEN,
     SIGNAL,
-    Experiment,
-    Heard,
-    measured,
-    moving,
+    ExcitationPlan,
+    ToneSpectra,
+    command_rms,
+    measure_spectra,
 )
 from hydroservo.linear.operating_point import OperatingPoint
-from hydroservo.linear.responses import giving_way, responses
-from hydroservo.linear.view import View, viewed
+from hydroservo.linear.view import LoopView, compliance_signal, loop_view, responses
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import warnings_of, with_warning
 from hydroservo.runs.provenance import provenance
@@ -127,13 +126,13 @@ def bode(
     whole_number("realisations", realisations, 1, 1000)
     report = progress or (lambda _: None)
     share = ONSET if measure else 1.0
-    view = viewed(loop, command, force, band, lambda done: report(share * done))
-    data = linear_of(view, view.grid)
+    view = loop_view(loop, command, force, band, lambda done: report(share * done))
+    data = linear_curves(view, view.grid)
     if not measure:
         return data
     if not view.judged.margins.stable:
         return with_warning(data, [UNSTABLE])
-    plan = planned(view.low, view.high, loop.simulation.period, periods, realisations)
+    plan = tone_plan(view.low, view.high, loop.simulation.period, periods, realisations)
     plan = plan._replace(excitation=excitation)
     try:
         measuring = measured_curves(
@@ -144,18 +143,18 @@ def bode(
     return data.assign(measuring)
 
 
-def linear_of(view: View, grid: Vector) -> "xr.Dataset":
+def linear_curves(view: LoopView, grid: Vector) -> "xr.Dataset":
     """The linear responses at some frequencies [Hz], with margins and bandwidths."""
     import xarray as xr
 
     point = view.point
     linear = responses(point, view.parts, 2.0 * math.pi * grid)
     data = xr.Dataset(
-        {name: ("frequency", curve, described(name, point)) for name, curve in linear.curves.items()},
+        {name: ("frequency", curve, curve_attributes(name, point)) for name, curve in linear.curves.items()},
         coords={"frequency": ("frequency", grid, {"units": "Hz", "long_name": "frequency"})},
         attrs=provenance(point.loop, view.asked) | {"command": point.command, "force": point.force},
     )
-    data = data.assign(scalars(view))
+    data = data.assign(scalar_variables(view))
     slid = SLID if view.slid else ""
     return with_warning(data, [slid if view.judged.linear else KINKED, view.trusted.remark])
 
@@ -184,9 +183,9 @@ def bode_over(
     """
     import xarray as xr
 
-    def one(value: float, band: tuple[float, float] | None) -> View:
+    def one(value: float, band: tuple[float, float] | None) -> LoopView:
         try:
-            return viewed(checked_loop(loops[value]), command, force, band)
+            return loop_view(checked_loop(loops[value]), command, force, band)
         except ParameterError as error:
             raise ParameterError(path, value, f"{error.path}: {error.allowed}") from None
 
@@ -194,7 +193,7 @@ def bode_over(
     low, high = min(view.low for view in views), max(view.high for view in views)
     views = [view._replace(low=low, high=high) for view in views]
     grid = np.unique(np.concatenate([view.grid for view in views]))
-    found = [linear_of(view, grid).drop_vars(["gain_crossovers", "phase_crossovers"]) for view in views]
+    found = [linear_curves(view, grid).drop_vars(["gain_crossovers", "phase_crossovers"]) for view in views]
     index = xr.DataArray(list(loops), dims="point", attrs={"units": unit, "long_name": path}, name="point")
     lines = [
         f"at {quantity(value, unit)}: {line}"
@@ -206,27 +205,27 @@ def bode_over(
     return with_warning(data, lines)
 
 
-def planned(low: float, high: float, h: float, periods: int, realisations: int) -> Experiment:
+def tone_plan(low: float, high: float, h: float, periods: int, realisations: int) -> ExcitationPlan:
     """Tones about evenly by the logarithm, all of one period."""
     period = round(min(max(1.0 / (low * h), LEAST), MOST))
     first, last = 1, max(math.floor(high * period * h), 1)
     harmonics = np.unique(np.round(np.geomspace(first, last, TONES)).astype(np.int64))
-    return Experiment(harmonics, period, periods, realisations, seed=0)
+    return ExcitationPlan(harmonics, period, periods, realisations, seed=0)
 
 
 def measured_curves(
-    loop: Loop, view: View, plan: Experiment, amplitude: float, report: Progress
+    loop: Loop, view: LoopView, plan: ExcitationPlan, amplitude: float, report: Progress
 ) -> dict[str, Any]:
     """The measured responses and their coherence, as variables of a Dataset."""
     point, tones = view.point, plan.frequencies(loop.simulation.period)
     model = responses(point, view.parts, tones)
-    moved = f"plant.{giving_way(point.loop)}"
-    runs: dict[str, Heard] = {}
+    moved = f"plant.{compliance_signal(point.loop)}"
+    runs: dict[str, ToneSpectra] = {}
     for i, name in enumerate(EXCITED):
-        moves = moving(plan, model.commanded[name])
+        moves = command_rms(plan, model.commanded[name])
         each = amplitude / moves if moves > 0.0 else PUSH
         try:
-            runs[name] = measured(loop, point, name, each, plan, [moved])
+            runs[name] = measure_spectra(loop, point, name, each, plan, [moved])
         except ParameterError as error:
             raise ParameterError(
                 "amplitude", amplitude, f"{error.allowed} while its {name} was excited"
@@ -248,23 +247,20 @@ def measured_curves(
     frequencies = tones / (2.0 * math.pi)
     found: dict[str, Any] = {"tone": ("tone", frequencies, {"units": "Hz", "long_name": "frequency"})}
     for name, (curve, coherence) in curves.items():
-        found[f"{name}_measured"] = ("tone", curve, described(name, point))
+        found[f"{name}_measured"] = ("tone", curve, curve_attributes(name, point))
         found[f"{name}_coherence"] = ("tone", coherence, {"units": "", "long_name": "coherence"})
     return found
 
 
-def described(name: str, point: OperatingPoint) -> dict[str, str]:
+def curve_attributes(name: str, point: OperatingPoint) -> dict[str, str]:
     """Unit and meaning of a response."""
-    signal, moved = point.loop.controls.declared(), giving_way(point.loop)
-    units = {
-        "machine": f"{signal.unit}/V",
-        "compliance": "m/(s N)" if moved == "velocity" else "m/N",
-    }
+    signal, moved = point.loop.controls.declared(), compliance_signal(point.loop)
+    units = {"machine": f"{signal.unit}/V", "compliance": "m/(s N)" if moved == "velocity" else "m/N"}
     unit = units.get(name.removeprefix("open_"), "")
     return {"units": unit, "long_name": MEANINGS[name].format(moved=moved)}
 
 
-def scalars(view: View) -> dict[str, Any]:
+def scalar_variables(view: LoopView) -> dict[str, Any]:
     """Margins and bandwidths as variables of a Dataset."""
     found = view.trusted.margins
     fields = declared_fields(Margins)
@@ -280,7 +276,7 @@ def scalars(view: View) -> dict[str, Any]:
     return said | {"oscillation_gain": ((), view.onset, about)} | bandwidths(view)
 
 
-def bandwidths(view: View) -> dict[str, Any]:
+def bandwidths(view: LoopView) -> dict[str, Any]:
     """Where the closed loop falls 3 dB below its slow motions, and where it lags 90 degrees [Hz].
 
     Both are nan of an unstable loop, which nothing settles in, and where the point's own margins do not hold.

@@ -38,7 +38,7 @@ class Tones(NamedTuple):
         return Demand(value, rate, second_rate)
 
 
-class Chirp(NamedTuple):
+class ExcitationChirp(NamedTuple):
     """A tone that rises, each octave in the same time, and begins anew after a period T.
 
     r = amplitude w(t) sin(phi + 2 pi f_1 T/L (e^(L t/T) - 1)),   L = ln(f_2/f_1), with its derivatives

@@ -1,20 +1,162 @@
 """A first guess of a law's gains, from the natural frequency of the axis that it moves."""
 
+import cmath
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
 
+import numpy as np
+
 from hydroservo.control.loop import Loop
-from hydroservo.core.block import Block, field_at
+from hydroservo.core.block import Block, field_at, values
+from hydroservo.core.errors import HydroservoError
 from hydroservo.core.field import Field
-from hydroservo.linear.axis import Axis, axis_at
-from hydroservo.linear.places import SHARES, largest_command, sliding
+from hydroservo.core.states import filled
+from hydroservo.linear.linearization import Linearization
+from hydroservo.linear.linearize import linearization_at
+from hydroservo.linear.moving_margins import SHARES, largest_command, without_hysteresis
+from hydroservo.linear.operating_point import OperatingPoint, operating_point
+from hydroservo.linear.slopes import slopes
+from hydroservo.linear.system import System, frequency_response, state_sizes
 from hydroservo.runs.arguments import checked_loop
 
+LEAST_PART = 0.1  # of the piston's velocity in a pair of poles that is the axis's
+FURTHER = 1.01  # times a command, for the slope of the velocity
+SLOW = 1e-3  # of the natural frequency, below which nothing lags
 FOLLOWED = ("m", "m/s")  # what a loop controls, by its unit
 USED = 0.5  # of the largest stable K_v: 6 dB
 RESET = 10.0  # 1/K_v in the reset time of a position law: 6 degrees where its gain crosses 1
 LEAD = 4.0  # natural frequencies, where the zero of a velocity law stands: 3 % of its gain at one
 INNER = 4.0  # how much slower a loop is than the velocity loop in it
+
+
+class HydraulicAxis(NamedTuple):
+    """A machine where it moves: K_q omega^2/(s^2 + 2 zeta omega s + omega^2), and what lags in its loop."""
+
+    natural_frequency: float  # omega [rad/s]
+    damping_ratio: float  # zeta
+    velocity_gain: float  # K_q, by which a little more command of the law raises the velocity [m/(s V)]
+    stable_gain: float  # the largest K_v of an integrator before it [1/s]
+    velocity: float  # of the piston [m/s]
+    command: float  # of the innermost law [V]
+
+
+def axis_at(loop: Loop, command: float) -> HydraulicAxis | None:
+    """The axis about where a loop stays under a command [V]; None where it does not follow, or not swing.
+
+    Its pair of poles is that of the machine in which the piston's velocity takes part most, by the
+    participation factor: about half for a mass on its oil, and none for a valve.
+
+    Source: Perez-Arriaga, Verghese, Schweppe, IEEE Transactions on Power Apparatus and Systems 101(9), 1982.
+    Fails with several frequencies close to each other.
+    """
+    try:
+        point, further = operating_point(loop, command), operating_point(loop, FURTHER * command)
+        machine = linearization_at(point, "machine")
+    except HydroservoError:
+        return None
+    velocity, asked = piston_velocity(point), law_command(point)
+    moved, more = piston_velocity(further) - velocity, law_command(further) - asked
+    pole = axis_pole(machine)
+    if pole is None or not pole.real < 0.0 or not moved * more > 0.0:
+        return None
+    way = math.copysign(1.0, moved * command)
+    gain = stable_gain(pole, axis_lags(point, machine, pole, way))
+    return HydraulicAxis(abs(pole), -pole.real / abs(pole), moved / more, gain, velocity, asked)
+
+
+def piston_velocity(point: OperatingPoint) -> float:
+    """The piston's velocity [m/s]."""
+    return float(point.loop.seen(point.machine, point.force).velocity)
+
+
+def law_command(point: OperatingPoint) -> float:
+    """What the innermost law asks for [V]."""
+    law: Any = point.digital.controller
+    while hasattr(law, "controller"):
+        law = law.controller
+    return float(law.u)
+
+
+def axis_pole(machine: Linearization) -> complex | None:
+    """The pole of those that swing in which the velocity takes part most; None if it does in none."""
+    from scipy.linalg import eig
+
+    outputs = [one.name for one in machine.outputs]
+    if "velocity" not in outputs:
+        return None
+    velocity = machine.C[outputs.index("velocity")]
+    poles, left, right = eig(machine.A, left=True, right=True)
+    with np.errstate(all="ignore"):
+        parts = np.abs((velocity @ right) * (left.conj().T @ velocity) / np.sum(left.conj() * right, axis=0))
+    parts = np.where((poles.imag > 0.0) & np.isfinite(parts), parts, 0.0)
+    k = int(parts.argmax())
+    return complex(poles[k]) if parts[k] > LEAST_PART else None
+
+
+def stable_gain(pole: complex, lag: Callable[[float], float]) -> float:
+    """The largest K_v [1/s] of an integrator before an axis, with and without a lag.
+
+    2 zeta omega, or w/|G(j w)| at the frequency w where axis and lag come to 90 degrees, if that is less.
+    """
+    from scipy.optimize import brentq
+
+    omega = abs(pole)
+
+    def beyond(w: float) -> float:
+        return lag(w) - cmath.phase(axis_response(pole, w)) - 0.5 * math.pi
+
+    w = float(brentq(beyond, SLOW * omega, omega)) if beyond(SLOW * omega) < 0.0 else SLOW * omega
+    return min(-2.0 * pole.real, w / abs(axis_response(pole, w)))
+
+
+def axis_response(pole: complex, w: float) -> complex:
+    """G = omega^2/(s^2 + 2 zeta omega s + omega^2) at a frequency [rad/s]."""
+    return abs(pole) ** 2 / complex(abs(pole) ** 2 - w**2, -2.0 * pole.real * w)
+
+
+def axis_lags(
+    point: OperatingPoint, machine: Linearization, pole: complex, way: float
+) -> Callable[[float], float]:
+    """What a loop lags by [rad], beside its axis and its law, at a frequency [rad/s].
+
+    The way is -1 where the velocity falls with the command, else 1.
+    """
+    sensors, loop = sensor_system(point), point.loop
+    signal = np.array([1.0, 0.0] if loop.controls.declared().unit == "m/s" else [0.0, 1.0])
+    held = loop.simulation.period * (1.5 - loop.hold.applied(loop.hold.init(), 1.0, loop.simulation.period))
+
+    def lag(w: float) -> float:
+        moved = complex(machine.response(w, "velocity", "command")[0])
+        motion = np.array([1.0, 1.0 / (1j * w)])  # velocity and position
+        measured = complex(frequency_response(sensors, np.array([w]))[0, 0] @ motion / (signal @ motion))
+        return phase_lag(way * moved / axis_response(pole, w)) + phase_lag(measured) + w * held
+
+    return lag
+
+
+def phase_lag(answer: complex) -> float:
+    """The lag of an answer [rad], up to 270 degrees; 0 for one that leads."""
+    return max((0.5 * math.pi - cmath.phase(answer)) % (2.0 * math.pi) - 0.5 * math.pi, 0.0)
+
+
+def sensor_system(point: OperatingPoint) -> System:
+    """The sensors from velocity and position to what they say of the controlled signal."""
+    period, count = point.loop.simulation.period, len(values(point.digital.sensors))
+    seen = point.loop.seen(point.machine, point.force)
+
+    def rows(here: OperatingPoint, numbers: Sequence[Any]) -> list[Any]:
+        left = iter(numbers)
+        before: Any = filled(here.digital.sensors, left)
+        there = seen._replace(velocity=next(left), position=next(left))
+        after = here.loop.sensors.step(before, there, here.loop.draws(0.0, period), period)
+        y = here.loop.sensors.measure(after, there, here.command)
+        return [*values(after), here.loop.controls.of(y, here.command)]
+
+    numbers = np.array([*values(point.digital.sensors), seen.velocity, seen.position])
+    table = slopes(rows, point, numbers, state_sizes(point.digital.sensors, 0.1, 0.1)).mean
+    (a, b), (c, d) = ((part[:, :count], part[:, count:]) for part in (table[:count], table[count:]))
+    return System(a, b, c, d, period)
 
 
 class FirstGuess(NamedTuple):
@@ -64,8 +206,8 @@ def first_guess(loop: Loop) -> FirstGuess | None:
     phase than usual. Delays in the law, and what PressureFeedback and AccelerationFeedback damp, do not
     count.
     """
-    loop = sliding(checked_loop(loop))
-    laws = list(laws_of(loop)) if loop.controls.declared().unit in FOLLOWED else []
+    loop = without_hysteresis(checked_loop(loop))
+    laws = list(guessable_laws(loop)) if loop.controls.declared().unit in FOLLOWED else []
     largest = largest_command(loop) if laws else 0.0
     found = [axis_at(loop, share * largest) for share in SHARES if largest]
     every = [axis for axis in found if axis is not None]
@@ -82,7 +224,7 @@ def first_guess(loop: Loop) -> FirstGuess | None:
     return FirstGuess(axis.natural_frequency, axis.damping_ratio, axis.velocity_gain, gains)
 
 
-def feedforward_of(every: Sequence[Axis]) -> float:
+def feedforward_of(every: Sequence[HydraulicAxis]) -> float:
     """Command per velocity, from the fastest motion one way to that the other way [V s/m]."""
     first, last = (find(every, key=lambda one: one.velocity) for find in (min, max))
     if first is last:
@@ -90,7 +232,7 @@ def feedforward_of(every: Sequence[Axis]) -> float:
     return (last.command - first.command) / (last.velocity - first.velocity)
 
 
-def position_gains(axis: Axis, ahead: float, law: Any) -> dict[str, float]:
+def position_gains(axis: HydraulicAxis, ahead: float, law: Any) -> dict[str, float]:
     """Of a law from position to command."""
     loop_gain = USED * axis.stable_gain
     return {
@@ -100,7 +242,7 @@ def position_gains(axis: Axis, ahead: float, law: Any) -> dict[str, float]:
     }
 
 
-def velocity_gains(axis: Axis, ahead: float, _: Any) -> dict[str, float]:
+def velocity_gains(axis: HydraulicAxis, ahead: float, _: Any) -> dict[str, float]:
     """Of a law from velocity to command."""
     gain = USED * axis.stable_gain / axis.velocity_gain
     return {
@@ -110,16 +252,16 @@ def velocity_gains(axis: Axis, ahead: float, _: Any) -> dict[str, float]:
     }
 
 
-def cascade_gains(axis: Axis, _: float, __: Any) -> dict[str, float]:
+def cascade_gains(axis: HydraulicAxis, _: float, __: Any) -> dict[str, float]:
     """Of a law from position to velocity."""
     return {"proportional_gain": USED * axis.stable_gain / INNER, "rate_feedforward": 1.0}
 
 
-Rule = Callable[[Axis, float, Any], dict[str, float]]
+Rule = Callable[[HydraulicAxis, float, Any], dict[str, float]]
 RULES: Mapping[str, Rule] = {"V/m": position_gains, "V s/m": velocity_gains, "1/s": cascade_gains}
 
 
-def laws_of(loop: Loop) -> Iterator[tuple[str, Block, Rule]]:
+def guessable_laws(loop: Loop) -> Iterator[tuple[str, Block, Rule]]:
     """The law of a loop and those in it of which there is a rule, told by the unit of the proportional gain.
 
     Each with its path, the outermost first.

@@ -12,8 +12,8 @@ from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import Field
 from hydroservo.core.nearest import one_of
 from hydroservo.core.validation import number as checked_number
-from hydroservo.linear.linearization_finding import linearization_finding
-from hydroservo.linear.system import System, response
+from hydroservo.linear.finding import linearization_finding
+from hydroservo.linear.system import System, frequency_response
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 
@@ -30,7 +30,7 @@ class Quantity(NamedTuple):
     unit: str
 
 
-class Uncertain(NamedTuple):
+class InexactSlope(NamedTuple):
     """A derivative that is not exact, but from differences: at a kink, or of a text that has no slopes."""
 
     of: str
@@ -54,7 +54,7 @@ class Linearization(NamedTuple):
     C: Annotated[Matrix, Field("", "shape (outputs, states)")]
     D: Annotated[Matrix, Field("", "shape (outputs, inputs)")]
     period: Annotated[float, Field("s", "of the samples; 0 in continuous time")]
-    inexact: Annotated[tuple[Uncertain, ...], Field("", "derivatives that are from differences")] = ()
+    inexact: Annotated[tuple[InexactSlope, ...], Field("", "derivatives that are from differences")] = ()
     loop: Annotated[Loop | None, Field("", "that it is a unit of")] = None
 
     def finding(self) -> Finding:
@@ -71,12 +71,12 @@ class Linearization(NamedTuple):
         at_rest = 1.0 if self.period else 0.0
         near = AT_ONE if self.period else AT_ORIGIN * np.abs(found).max(initial=0.0)
         found[np.abs(found - at_rest) < near] = at_rest
-        return found[np.lexsort((found.imag, np.round(np.abs(rates_of(found, self.period)), 9)))]
+        return found[np.lexsort((found.imag, np.round(np.abs(continuous_rates(found, self.period)), 9)))]
 
     @property
     def rates(self) -> NDArray[np.complex128]:
         """The poles as s [1/s], that of z by ln(z)/h; minus infinity for a pole at z = 0."""
-        return rates_of(self.poles, self.period)
+        return continuous_rates(self.poles, self.period)
 
     @property
     def frequencies(self) -> Matrix:
@@ -99,9 +99,9 @@ class Linearization(NamedTuple):
                 number.
         """
         w = checked_frequencies(frequencies, self.period)
-        row = place("output", output, self.outputs)
-        column = place("input", input_, self.inputs)
-        return response(self.system.part([column], [row]), w)[:, 0, 0]
+        row = signal_index("output", output, self.outputs)
+        column = signal_index("input", input_, self.inputs)
+        return frequency_response(self.system.part([column], [row]), w)[:, 0, 0]
 
     def steady_gain(self, output: str, input_: str) -> float:
         """The gain of slow motions; inf where an output integrates an input, 0 where it differentiates it."""
@@ -118,7 +118,7 @@ class Linearization(NamedTuple):
         return System(self.A, self.B, self.C, self.D, self.period)
 
 
-def rates_of(poles: NDArray[np.complex128], period: float) -> NDArray[np.complex128]:
+def continuous_rates(poles: NDArray[np.complex128], period: float) -> NDArray[np.complex128]:
     """The poles as s [1/s]."""
     if not period:
         return poles
@@ -127,7 +127,7 @@ def rates_of(poles: NDArray[np.complex128], period: float) -> NDArray[np.complex
     return np.where(poles == 0.0, complex(-math.inf, 0.0), found)
 
 
-def place(what: str, name: str, there: Sequence[Quantity]) -> int:
+def signal_index(what: str, name: str, there: Sequence[Quantity]) -> int:
     """Where a signal is."""
     names = [one.name for one in there]
     if name not in names:

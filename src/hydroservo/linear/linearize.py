@@ -1,6 +1,7 @@
 """The linear models of a machine, a law and their loop."""
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +16,20 @@ from hydroservo.core.signals import Demand, MachineOutputs, Measurement
 from hydroservo.core.states import filled
 from hydroservo.core.validation import number
 from hydroservo.cosimulation import refuse_fmus
-from hydroservo.linear.linearization import Linearization, Quantity, Uncertain
+from hydroservo.linear.linearization import InexactSlope, Linearization, Quantity
 from hydroservo.linear.operating_point import DigitalState, OperatingPoint, machine_point, operating_point
-from hydroservo.linear.parts import law_slopes, machine_slopes, parts_of
 from hydroservo.linear.slopes import Slopes
-from hydroservo.linear.system import COMMAND, FORCE, System, closed, opened_system, reduced
+from hydroservo.linear.system import (
+    COMMAND,
+    FORCE,
+    System,
+    close_loop,
+    law_slopes,
+    machine_slopes,
+    opened_system,
+    part_slopes,
+    reduced_system,
+)
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import ready, simulate
@@ -28,6 +38,14 @@ COMMANDED = Quantity("command", "V")
 LOADED = Quantity("load.force", "N")
 CERTAIN = 1e-6  # of a derivative: what differences may be off without a kink
 TOLD = {"command": "applied_command"}  # what a law is told of its own command is not what it asks for
+
+
+class Names(NamedTuple):
+    """Names and units of a system's signals."""
+
+    states: Sequence[Quantity]
+    inputs: Sequence[Quantity]
+    outputs: Sequence[Quantity]
 
 
 def linearize(
@@ -65,11 +83,11 @@ def linearize(
     and Walther, Evaluating Derivatives, 2008 (exact slopes).
     Fails to say anything of large motions, of limits, and of what happens between samples.
     """
-    point = point_of(loop, unit, command, force, time)
-    return linearized(point, unit, sampled=sampled)._replace(loop=loop)
+    point = linearization_point(loop, unit, command, force, time)
+    return linearization_at(point, unit, sampled=sampled)._replace(loop=loop)
 
 
-def point_of(
+def linearization_point(
     loop: Loop, unit: str, command: float | None, force: float | None, time: float | None
 ) -> OperatingPoint:
     """The point about which a unit is linearised, as :func:`linearize` has it."""
@@ -86,38 +104,38 @@ def point_of(
     return find(loop, command, force)
 
 
-def linearized(point: OperatingPoint, unit: str, *, sampled: bool = False) -> Linearization:
+def linearization_at(point: OperatingPoint, unit: str, *, sampled: bool = False) -> Linearization:
     """A unit of a loop about a point, as :func:`linearize` has it."""
-    return of_sampled_machine(point) if sampled and unit == "machine" else UNITS[unit](point)
+    return sampled_machine_linearization(point) if sampled and unit == "machine" else UNITS[unit](point)
 
 
-def of_machine(point: OperatingPoint) -> Linearization:
+def machine_linearization(point: OperatingPoint) -> Linearization:
     """The machine in continuous time."""
     found = machine_slopes(point)
-    states, outputs = machine_states(point), seen_of(point)
+    states, outputs = state_quantities(point.machine), seen_quantities(point)
     n = len(states)
     table = found.mean
     system = System(table[:n, :n], table[:n, n:], table[n:, :n], table[n:, n:], 0.0)
     inputs = [COMMANDED, LOADED]
-    names = [[*states, *outputs], [*states, *inputs]]
-    return named("machine", system, states, inputs, outputs, uncertain(found, *names))
+    inexact = inexact_slopes(found, [*states, *outputs], [*states, *inputs])
+    return named_linearization("machine", system, Names(states, inputs, outputs), inexact)
 
 
-def of_sampled_machine(point: OperatingPoint) -> Linearization:
+def sampled_machine_linearization(point: OperatingPoint) -> Linearization:
     """The machine behind its hold and delay, from one sample to the next."""
-    parts, found, _ = parts_of(point)
-    names, outputs = all_states(point), seen_of(point)
+    parts, found, _ = part_slopes(point)
+    names, outputs = all_states(point), seen_quantities(point)
     system = opened_system(point, parts).part([COMMAND, FORCE], list(range(1, 1 + len(outputs))))
     digital = slice(len(values(point.machine)), len(values(point.machine)) + len(values(point.digital)))
     own = np.ones(len(names), dtype=bool)
     own[digital] = False
-    machine, inputs = machine_states(point), [COMMANDED, LOADED]
-    inexact = uncertain(found, [*machine, *outputs], [*machine, *inputs])
+    machine, inputs = state_quantities(point.machine), [COMMANDED, LOADED]
+    inexact = inexact_slopes(found, [*machine, *outputs], [*machine, *inputs])
     left = [name for name, kept in zip(names, own, strict=True) if kept]
-    return shortened("machine", system.kept(own), left, inputs, outputs, inexact)
+    return reduced_linearization("machine", system.kept(own), Names(left, inputs, outputs), inexact)
 
 
-def of_controller(point: OperatingPoint) -> Linearization:
+def controller_linearization(point: OperatingPoint) -> Linearization:
     """The law, from one sample to the next."""
     found = law_slopes(point)
     law = point.digital.controller
@@ -130,74 +148,62 @@ def of_controller(point: OperatingPoint) -> Linearization:
     measured = [
         Quantity(TOLD.get(name, name), field.unit) for name, field in declared_fields(Measurement).items()
     ]
-    inputs = [*measured, *demanded(point)]
+    inputs = [*measured, *demand_quantities(point)]
     asked = [one.name for one in states].index("controller.u")
-    row = found.mean[[asked]]
-    system = System(found.mean[:, :n], found.mean[:, n:], row[:, :n], row[:, n:], period_of(point))
-    inexact = uncertain(found, states, [*states, *inputs])
-    return shortened("controller", system, states, inputs, [COMMANDED], inexact)
+    table, row = found.mean, found.mean[[asked]]
+    system = System(table[:, :n], table[:, n:], row[:, :n], row[:, n:], point.loop.simulation.period)
+    inexact = inexact_slopes(found, states, [*states, *inputs])
+    return reduced_linearization("controller", system, Names(states, inputs, [COMMANDED]), inexact)
 
 
-def of_loop(point: OperatingPoint) -> Linearization:
+def loop_linearization(point: OperatingPoint) -> Linearization:
     """The closed loop, from one sample to the next."""
-    parts, machine, digital = parts_of(point)
-    names, seen = all_states(point), seen_of(point)
-    inputs = [COMMANDED._replace(name="added_command"), *demanded(point), LOADED]
-    states, n = machine_states(point), len(values(point.machine))
+    parts, machine, digital = part_slopes(point)
+    names, seen = all_states(point), seen_quantities(point)
+    inputs = [COMMANDED._replace(name="added_command"), *demand_quantities(point), LOADED]
+    states, n = state_quantities(point.machine), len(values(point.machine))
     inexact = [
-        *uncertain(machine, [*states, *seen], [*states, COMMANDED, LOADED]),
-        *uncertain(digital, names[n:], [*names[: n + len(values(point.digital))], *demanded(point), LOADED]),
+        *inexact_slopes(machine, [*states, *seen], [*states, COMMANDED, LOADED]),
+        *inexact_slopes(
+            digital, names[n:], [*names[: n + len(values(point.digital))], *demand_quantities(point), LOADED]
+        ),
     ]
-    system = closed(opened_system(point, parts))
-    return shortened("loop", system, names, inputs, [COMMANDED, *seen], inexact)
+    system = close_loop(opened_system(point, parts))
+    return reduced_linearization("loop", system, Names(names, inputs, [COMMANDED, *seen]), inexact)
 
 
 UNITS: dict[str, Callable[[OperatingPoint], Linearization]] = {
-    "machine": of_machine,
-    "controller": of_controller,
-    "loop": of_loop,
+    "machine": machine_linearization,
+    "controller": controller_linearization,
+    "loop": loop_linearization,
 }
 
 
-def shortened(
-    unit: str,
-    system: System,
-    states: Sequence[Quantity],
-    inputs: Sequence[Quantity],
-    outputs: Sequence[Quantity],
-    inexact: Sequence[Uncertain],
+def reduced_linearization(
+    unit: str, system: System, names: Names, inexact: Sequence[InexactSlope]
 ) -> Linearization:
     """A unit without the states that no input reaches or no output hears, and without inputs of no effect."""
-    system, kept = reduced(system)
-    states = [one for one, stays in zip(states, kept, strict=True) if stays]
+    system, kept = reduced_system(system)
+    states = [state for state, stays in zip(names.states, kept, strict=True) if stays]
     moving = (system.b != 0.0).any(axis=0) | (system.d != 0.0).any(axis=0)
     acting = np.flatnonzero(moving).tolist()
-    system = system.part(acting, list(range(len(outputs))))
-    there = {one.name for one in (*states, *inputs, *outputs)}
-    heard = [one for one in inexact if one.of in there and one.by in there]
-    return named(unit, system, states, [inputs[i] for i in acting], outputs, heard)
+    system = system.part(acting, list(range(len(names.outputs))))
+    there = {signal.name for signal in (*states, *names.inputs, *names.outputs)}
+    heard = [slope for slope in inexact if slope.of in there and slope.by in there]
+    left = Names(states, [names.inputs[i] for i in acting], names.outputs)
+    return named_linearization(unit, system, left, heard)
 
 
-def named(
-    unit: str,
-    system: System,
-    states: Sequence[Quantity],
-    inputs: Sequence[Quantity],
-    outputs: Sequence[Quantity],
-    inexact: Sequence[Uncertain],
+def named_linearization(
+    unit: str, system: System, names: Names, inexact: Sequence[InexactSlope]
 ) -> Linearization:
     """A unit with its names; outputs that the machine does not have are left out."""
     there = ((system.c != 0.0).any(axis=1) | (system.d != 0.0).any(axis=1)).tolist()
-    system = system.part(list(range(len(inputs))), np.flatnonzero(there).tolist())
-    left = tuple(one for one, moves in zip(outputs, there, strict=True) if moves)
-    a, b, c, d, period = system
-    if not all(np.isfinite(one).all() for one in (a, b, c, d)):
+    system = system.part(list(range(len(names.inputs))), np.flatnonzero(there).tolist())
+    outputs = tuple(output for output, moves in zip(names.outputs, there, strict=True) if moves)
+    if not all(np.isfinite(matrix).all() for matrix in system[:4]):
         raise ParameterError("unit", unit, "has no slope about its operating point: a number is lost near it")
-    return Linearization(unit, tuple(states), tuple(inputs), left, a, b, c, d, period, tuple(inexact))
-
-
-def machine_states(point: OperatingPoint) -> list[Quantity]:
-    return quantities(point.machine)
+    return Linearization(unit, tuple(names.states), tuple(names.inputs), outputs, *system, tuple(inexact))
 
 
 def all_states(point: OperatingPoint) -> list[Quantity]:
@@ -210,37 +216,33 @@ def all_states(point: OperatingPoint) -> list[Quantity]:
         )
         for path, _ in leaves(point.digital)
     ]
-    hold = quantities(point.digital.hold, "hold.")
-    return [*machine_states(point), *digital, *hold, Quantity("hold.command", "V")]
+    hold = state_quantities(point.digital.hold, "hold.")
+    return [*state_quantities(point.machine), *digital, *hold, Quantity("hold.command", "V")]
 
 
-def quantities(state: Block, prefix: str = "") -> list[Quantity]:
+def state_quantities(state: Block, prefix: str = "") -> list[Quantity]:
     """The numbers of a state, which declares them."""
     return [Quantity(prefix + path, field_at(state, path).unit) for path, _ in leaves(state)]
 
 
-def seen_of(point: OperatingPoint) -> list[Quantity]:
+def seen_quantities(point: OperatingPoint) -> list[Quantity]:
     """What is seen of the machine, and what is controlled."""
     seen = [Quantity(name, field.unit) for name, field in declared_fields(MachineOutputs).items()]
     return [*seen, Quantity("controlled", point.loop.controls.declared().unit)]
 
 
-def demanded(point: OperatingPoint) -> list[Quantity]:
+def demand_quantities(point: OperatingPoint) -> list[Quantity]:
     """The demand and its derivatives."""
     signal = point.loop.controls.declared()
     fields = declared_fields(Demand).items()
     return [Quantity(f"reference.{name}", field.of(signal).unit) for name, field in fields]
 
 
-def period_of(point: OperatingPoint) -> float:
-    return float(point.loop.simulation.period)
-
-
-def uncertain(found: Slopes, of: Sequence[Quantity], by: Sequence[Quantity]) -> list[Uncertain]:
+def inexact_slopes(found: Slopes, of: Sequence[Quantity], by: Sequence[Quantity]) -> list[InexactSlope]:
     """The derivatives that are not exact, nor as good as that."""
     places: NDArray[np.int64] = np.argwhere(found.error > CERTAIN * np.abs(found.mean))
     return [
-        Uncertain(of[i].name, by[j].name, float(found.mean[i, j]), float(found.error[i, j]))
+        InexactSlope(of[i].name, by[j].name, float(found.mean[i, j]), float(found.error[i, j]))
         for i, j in places.tolist()
     ]
 
@@ -248,9 +250,7 @@ def uncertain(found: Slopes, of: Sequence[Quantity], by: Sequence[Quantity]) -> 
 def run_point(loop: Loop, time: float) -> OperatingPoint:
     """Where a loop is at the last sample up to an instant, before it measures there.
 
-    Args:
-        loop: the loop; it runs from its start.
-        time: the instant [s], from the third sample on.
+    The instant [s] is from the third sample on.
     """
     refuse_fmus(loop, "linearise it")
     begun = ready(loop)

@@ -45,29 +45,29 @@ def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: Progress
     Fails to see what another demand or load would set off, as one at rest where the loop's own keeps it in
     motion, which damps it; and an onset between two of the factors.
     """
-    loop = longer(checked_loop(loop))
-    factors = steps_of(loop)
+    loop = with_longer_run(checked_loop(loop))
+    factors = gain_factors(loop)
     gains = dict.fromkeys(("controller.extend_gain", "controller.retract_gain"), factors)
     run = quietly(simulate_batch)
-    data = run(amplified(loop), gains, metrics=[Oscillation(threshold)], progress=progress)
+    data = run(with_amplified_command(loop), gains, metrics=[Oscillation(threshold)], progress=progress)
     amplitude = data["oscillation_command"].values
-    return first_of(factors, np.where(data["diverged"].values, math.inf, amplitude))
+    return first_lasting_swing(factors, np.where(data["diverged"].values, math.inf, amplitude))
 
 
-def longer(loop: Loop) -> Loop:
+def with_longer_run(loop: Loop) -> Loop:
     """The loop with a run that goes on."""
     duration, h = loop.simulation.duration + LONGER, loop.simulation.period
     return loop._replace(simulation=loop.simulation._replace(duration=h * round(duration / h)))
 
 
-def steps_of(loop: Loop) -> NDArray[np.float64]:
+def gain_factors(loop: Loop) -> NDArray[np.float64]:
     """The factors, from 1 on."""
     step = COARSE if loop.simulation.duration / loop.simulation.period >= MANY else FINE
     found: NDArray[np.float64] = 10.0 ** (np.arange(0.0, MOST + 0.5 * step, step) / 20.0)
     return found
 
 
-def amplified(loop: Loop, factor: float = 1.0) -> Loop:
+def with_amplified_command(loop: Loop, factor: float = 1.0) -> Loop:
     """The loop with its command multiplied by a factor, of which its law is told nothing, and no limit on it.
 
     Its gains are the wrapper's, ``controller.extend_gain`` and ``controller.retract_gain``.
@@ -82,15 +82,11 @@ def amplified(loop: Loop, factor: float = 1.0) -> Loop:
     return loop._replace(controller=law, start=start)
 
 
-def first_of(factors: NDArray[np.float64], amplitude: NDArray[np.float64]) -> float:
+def first_lasting_swing(factors: NDArray[np.float64], amplitude: NDArray[np.float64]) -> float:
     """The first factor with which a loop oscillates, and with the next too.
 
-    Args:
-        factors: rising, the first one 1.
-        amplitude: of the oscillation with each; 0 for none, nan where it cannot be told.
-
-    Returns:
-        Infinite for none, nan where one before cannot be told.
+    An amplitude is 0 for none and nan where it cannot be told. The result is infinite for none, and nan where
+    one before cannot be told.
     """
     swings = amplitude > 0.0
     lasting = np.flatnonzero(swings & np.append(swings[1:], False))

@@ -14,7 +14,7 @@ from hydroservo.core.hooks import smoothed
 from hydroservo.core.signals import Demand
 from hydroservo.core.states import axpy, filled
 from hydroservo.cosimulation import refuse_fmus
-from hydroservo.linear.slopes import Function, central, differences, reached
+from hydroservo.linear.slopes import Function, central_slopes, difference_slopes, reachable_states
 from hydroservo.machine.loads import Constant
 from hydroservo.machine.starts import Steady
 from hydroservo.runs.run import ready
@@ -37,23 +37,14 @@ class DigitalState(NamedTuple):
 
 
 class OperatingPoint(NamedTuple):
-    """Where a loop stays.
+    """Where a loop stays."""
 
-    Attributes:
-        loop: as it runs, its law designed.
-        command: u [V].
-        machine: its state.
-        digital: that of sensors, law and hold.
-        demand: under which the law asks for that command.
-        force: on the rod [N].
-    """
-
-    loop: Loop
-    command: float
-    machine: MachineState
-    digital: DigitalState
-    demand: Demand
-    force: float
+    loop: Loop  # as it runs, its law designed
+    command: float  # u [V]
+    machine: MachineState  # its state
+    digital: DigitalState  # that of sensors, law and hold
+    demand: Demand  # under which the law asks for that command
+    force: float  # on the rod [N]
 
 
 def operating_point(loop: Loop, command: float | None, force: float | None = None) -> OperatingPoint:
@@ -63,22 +54,13 @@ def operating_point(loop: Loop, command: float | None, force: float | None = Non
     sample after sample, with nothing in it that gathers speed, under a demand that grows as what is
     controlled does.
 
-    Args:
-        loop: the loop.
-        command: u [V]; None for that of the loop's steady start, or 0.
-        force: on the rod [N]; None for that of its load at t = 0.
+    Without a command [V] it is that of the loop's steady start, or 0; without a force [N], the load at t = 0.
     """
-    return settled(machine_point(loop, command, force))
+    return settle_law(machine_point(loop, command, force))
 
 
 def machine_point(loop: Loop, command: float | None, force: float | None = None) -> OperatingPoint:
-    """Where a machine stays under a command and a load, its law as it begins.
-
-    Args:
-        loop: the loop.
-        command: u [V]; None for that of the loop's steady start, or 0.
-        force: on the rod [N]; None for that of its load at t = 0.
-    """
+    """Where a machine stays under a command and a load, its law as it begins."""
     refuse_fmus(loop, "linearise it")
     loop = loop if force is None else loop._replace(load=Constant(force))
     start = loop.start if isinstance(loop.start, Steady) else Steady()
@@ -88,16 +70,13 @@ def machine_point(loop: Loop, command: float | None, force: float | None = None)
     started = started._replace(controller=smoothed(started.controller), sensors=smoothed(started.sensors))
     machine = started.machine(started.init())
     acting = started.load.force(0.0)
-    demand = demanded(started, machine, u, acting)
-    return OperatingPoint(started, u, machine, first_digital(started), demand, acting)
+    demand = fulfilled_demand(started, machine, u, acting)
+    s = started.init()
+    digital = DigitalState(s.sensors, s.controller, s.hold)
+    return OperatingPoint(started, u, started.machine(s), digital, demand, acting)
 
 
-def first_digital(loop: Loop) -> DigitalState:
-    s = loop.init()
-    return DigitalState(s.sensors, s.controller, s.hold)
-
-
-def demanded(loop: Loop, machine: MachineState, u: float, force: float) -> Demand:
+def fulfilled_demand(loop: Loop, machine: MachineState, u: float, force: float) -> Demand:
     """The demand that the machine fulfils: its controlled signal, and the rate of that."""
     nudge = 1e-6
     rates = loop.rates(machine, u, force)
@@ -106,7 +85,7 @@ def demanded(loop: Loop, machine: MachineState, u: float, force: float) -> Deman
     return Demand(now, (later - now) / nudge, 0.0)
 
 
-def sampled(
+def digital_sample(
     point: OperatingPoint, machine: MachineState, digital: DigitalState, demand: Demand
 ) -> DigitalState:
     """Measure and run the controller at a sample, as :meth:`~hydroservo.control.loop.Loop.sample` does."""
@@ -120,12 +99,8 @@ def sampled(
 
 
 @np.errstate(all="ignore")  # what is lost does not settle
-def settled(point: OperatingPoint) -> OperatingPoint:
-    """A machine's point with the law where it stays.
-
-    Raises:
-        ParameterError: it stays nowhere.
-    """
+def settle_law(point: OperatingPoint) -> OperatingPoint:
+    """A machine's point with the law where it stays."""
     rates = values(point.loop.rates(point.machine, point.command, point.force))
     drift = np.array(rates) * point.loop.simulation.period  # over a sample
 
@@ -138,13 +113,13 @@ def settled(point: OperatingPoint) -> OperatingPoint:
     def run(digital: DigitalState, value: float, first: int, last: int) -> Iterator[DigitalState]:
         for count in range(first, last):
             machine, grown = later(count)
-            digital = sampled(point, machine, digital, point.demand._replace(value=value + grown))
+            digital = digital_sample(point, machine, digital, point.demand._replace(value=value + grown))
             yield digital
 
     *_, begun = run(point.digital, point.demand.value, -SAMPLES, 0)
     start = np.array([*values(begun), point.demand.value])
     sizes = np.array([*(size for _, size in sized(begun)), max(abs(point.demand.value), 0.1)])
-    free = np.isfinite(start) & moved(point._replace(digital=begun), sizes)
+    free = np.isfinite(start) & moved_states(point._replace(digital=begun), sizes)
 
     def at(x: Vector) -> tuple[DigitalState, float]:
         numbers = start.copy()
@@ -180,14 +155,14 @@ def rest_of(unrest: Function, x: Vector) -> Vector:
             best, least = x, worst
         if least < EXACT:
             break
-        slopes = central(unrest, missing, x, np.ones(len(x)))
+        slopes = central_slopes(unrest, missing, x, np.ones(len(x)))
         if not np.isfinite(slopes).all():
             break
         x = x - np.linalg.lstsq(slopes, missing)[0]
     return best
 
 
-def moved(point: OperatingPoint, sizes: Vector) -> NDArray[np.bool_]:
+def moved_states(point: OperatingPoint, sizes: Vector) -> NDArray[np.bool_]:
     """Which of the digital states, and of the demand, the machine or the demand moves sooner or later.
 
     An integral that nothing feeds is to stay where it begins.
@@ -199,10 +174,12 @@ def moved(point: OperatingPoint, sizes: Vector) -> NDArray[np.bool_]:
         machine: MachineState = filled(point.machine, left)
         digital: DigitalState = filled(point.digital, left)
         demand = point.demand._replace(value=next(left))
-        return np.array([*numbers[:count], *values(sampled(point, machine, digital, demand)), demand.value])
+        return np.array(
+            [*numbers[:count], *values(digital_sample(point, machine, digital, demand)), demand.value]
+        )
 
     start = np.array([*values(point.machine), *values(point.digital), point.demand.value])
     scale = np.append([size for _, size in sized(point.machine)], np.nan_to_num(sizes, nan=1.0))
     first = np.arange(len(start)) < count
     first[-1] = True
-    return reached(differences(step, start, scale).mean != 0.0, first)[count:]
+    return reachable_states(difference_slopes(step, start, scale).mean != 0.0, first)[count:]

@@ -8,8 +8,8 @@ import numpy as np
 
 from hydroservo.core.field import Field
 from hydroservo.linear.operating_point import OperatingPoint
-from hydroservo.linear.parts import machine_slopes
 from hydroservo.linear.slopes import slopes
+from hydroservo.linear.system import machine_slopes
 from hydroservo.machine.plants import Cylinder, LoadPressurePlant
 
 DRAINED = 0.5  # of the natural frequency, above which a column that drains so fast is no spring
@@ -26,18 +26,12 @@ class Textbook(NamedTuple):
     ]
 
 
-class Column(NamedTuple):
-    """A column of oil, or two that are alike as one.
+class OilColumn(NamedTuple):
+    """A column of oil, or two that are alike as one."""
 
-    Attributes:
-        area: of the piston towards it [m^2].
-        rise: of its pressure per oil that comes in, beta_i/V_i [Pa/m^3].
-        leak: oil that leaves it per pressure [m^3/(s Pa)].
-    """
-
-    area: float
-    rise: float
-    leak: float
+    area: float  # of the piston towards it [m^2]
+    rise: float  # of its pressure per oil that comes in, beta_i/V_i [Pa/m^3]
+    leak: float  # oil that leaves it per pressure [m^3/(s Pa)]
 
 
 def textbook(point: OperatingPoint) -> Textbook | None:
@@ -63,9 +57,9 @@ def textbook(point: OperatingPoint) -> Textbook | None:
     plant: Any = point.loop.plant
     s = point.machine.plant
     if isinstance(plant, LoadPressurePlant):
-        mass, columns = plant.mass, [load_column(point)]
+        mass, columns = plant.mass, [joint_oil_column(point)]
     elif isinstance(plant, Cylinder):
-        mass, columns = plant.carried.inertia(s.carried, plant.mechanism, s.position), both_columns(point)
+        mass, columns = plant.carried.inertia(s.carried, plant.mechanism, s.position), oil_columns(point)
     else:
         return None
     friction = -mass * float(machine_slopes(point).mean[0, 0])
@@ -77,7 +71,7 @@ def textbook(point: OperatingPoint) -> Textbook | None:
     return Textbook(stiffness, mass, frequency, (lost + friction / mass) / (2.0 * frequency))
 
 
-def load_column(point: OperatingPoint) -> Column:
+def joint_oil_column(point: OperatingPoint) -> OilColumn:
     """Both columns of a plant that is described by its load pressure."""
     plant: Any = point.loop.plant
     x = point.machine.plant
@@ -88,10 +82,10 @@ def load_column(point: OperatingPoint) -> Column:
     at = np.array([plant.load_pressure(x)])
     by_pressure = slopes(rows, point, at, np.array([1e6])).mean
     rise = 4.0 * plant.bulk_modulus / plant.total_volume
-    return Column(plant.piston_area, rise, plant.leakage - float(by_pressure[0, 0]))
+    return OilColumn(plant.piston_area, rise, plant.leakage - float(by_pressure[0, 0]))
 
 
-def both_columns(point: OperatingPoint) -> list[Column]:
+def oil_columns(point: OperatingPoint) -> list[OilColumn]:
     """The columns of a cylinder's two chambers, whose pressures swing against each other."""
     plant: Any = point.loop.plant
     x = point.machine.plant
@@ -106,6 +100,6 @@ def both_columns(point: OperatingPoint) -> list[Column]:
     swing = plant.area_b * rise_b / (plant.area_a * rise_a)  # of p_B by that of p_A
     leak, outside = plant.internal_leakage, plant.external_leakage
     return [
-        Column(plant.area_a, rise_a, outside + leak * (1.0 + swing) - into_a),
-        Column(plant.area_b, rise_b, outside + leak * (1.0 + 1.0 / swing) + out_of_b),
+        OilColumn(plant.area_a, rise_a, outside + leak * (1.0 + swing) - into_a),
+        OilColumn(plant.area_b, rise_b, outside + leak * (1.0 + 1.0 / swing) + out_of_b),
     ]

@@ -1,26 +1,40 @@
-"""A loop about a point, and the frequencies at which one looks."""
+"""A loop about a point: its responses, its margins, and the frequencies at which one looks."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.control.controlled import Velocity
 from hydroservo.control.loop import Loop
+from hydroservo.core.block import values
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.core.field import Field
+from hydroservo.core.signals import MachineOutputs
 from hydroservo.core.validation import number
-from hydroservo.linear.margins import Judged, Margins, margins_at
+from hydroservo.linear.margins import JudgedMargins, Margins, loop_rates, margins_at
+from hydroservo.linear.moving_margins import TrustedMargins, trusted_margins, without_hysteresis
 from hydroservo.linear.onset import oscillation_gain
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
-from hydroservo.linear.parts import Parts, parts_of
-from hydroservo.linear.places import sliding
-from hydroservo.linear.response import rates_of
-from hydroservo.linear.trusted import Trusted, trusted_margins
+from hydroservo.linear.system import (
+    ASKED,
+    COMMAND,
+    DEMAND,
+    FORCE,
+    PartSlopes,
+    System,
+    close_loop,
+    force_effect,
+    frequency_response,
+    opened_system,
+    part_slopes,
+)
 from hydroservo.runs.run import complete
 
 Vector = NDArray[np.float64]
+Response = NDArray[np.complex128]
 Progress = Callable[[float], None]
 
 POINTS = 400  # of a linear curve, evenly by the logarithm
@@ -31,30 +45,75 @@ HIGHEST = 0.9  # of Nyquist's frequency
 MOST = 10**6  # samples in a period of the lowest frequency
 
 
-class View(NamedTuple):
-    """A loop about a point, and the frequencies at which one looks.
+class Responses(NamedTuple):
+    """Frequency responses of a loop, each of shape (frequencies,)."""
 
-    Attributes:
-        asked: the loop as it was asked for.
-        point: where it stays.
-        slid: whether its hysteresis passes all of the command there.
-        parts: its derivatives there.
-        judged: its margins.
-        trusted: those of them that hold, or those while it moves.
-        onset: the factor on its gain from which it oscillates; infinite for none, nan for unknown.
-        low: the lowest frequency [Hz].
-        high: the highest.
+    # by name; ``machine``, what is controlled by the command; ``open``, L of the loop opened at its command;
+    # ``closed``, what is controlled by the demand; ``sensitivity``, 1/(1 + L); ``compliance`` and
+    # ``open_compliance``, how the rod gives way to the load, with the loop closed and with the command held
+    curves: Mapping[str, Response]
+    # what the law asks for by what a loop is excited with: "command", "reference", "load"
+    commanded: Mapping[str, Response]
+
+
+@np.errstate(all="ignore")  # what is lost is not finite, and not drawn
+def responses(point: OperatingPoint, parts: PartSlopes, frequencies: Vector) -> Responses:
+    """The responses of a loop about a point at some frequencies [rad/s].
+
+    The demand acts by its value and both derivatives, as a law is told of them. The force acts between
+    samples too, where what is sampled holds still.
     """
+    w = np.asarray(frequencies, dtype=np.float64)
+    whole = opened_system(point, parts)
+    shut, moved = close_loop(whole), 1 + MachineOutputs._fields.index(compliance_signal(point.loop))
+    signal = len(whole.c) - 1
+    driven, ruled = frequency_response(whole, w), frequency_response(shut, w)
+    told = np.column_stack([np.ones(len(w)), 1j * w, -(w**2)])
+    push: Response = np.broadcast_to(whole.b[:, FORCE].astype(complex), (len(w), len(whole.b))).copy()
+    push[:, : len(values(point.machine))] = force_effect(point, parts, w)
+    held = force_response(whole, w, push)
+    free = force_response(shut, w, push + (shut.b - whole.b)[:, FORCE])
+    loop = -driven[:, ASKED, COMMAND]
+    sensitivity = 1.0 / (1.0 + loop)
+    curves = {
+        "machine": driven[:, signal, COMMAND],
+        "open": loop,
+        "closed": (ruled[:, signal, DEMAND] * told).sum(axis=1),
+        "sensitivity": sensitivity,
+        "compliance": -free[:, moved],
+        "open_compliance": -held[:, moved],
+    }
+    commanded = {
+        "command": sensitivity,
+        "reference": (ruled[:, ASKED, DEMAND] * told).sum(axis=1),
+        "load": free[:, ASKED],
+    }
+    return Responses(curves, commanded)
 
-    asked: Loop
-    point: OperatingPoint
-    slid: bool
-    parts: Parts
-    judged: Judged
-    trusted: Trusted
-    onset: float
-    low: float
-    high: float
+
+def compliance_signal(loop: Loop) -> str:
+    """What of the machine is compared with the load: the velocity if controlled, else the position."""
+    return "velocity" if isinstance(loop.controls, Velocity) else "position"
+
+
+def force_response(system: System, w: Vector, columns: Response) -> Response:
+    """All outputs by the force, shape (frequencies, outputs)."""
+    part = system.part([FORCE], list(range(len(system.c))))
+    return frequency_response(part, w, columns[..., np.newaxis])[..., 0]
+
+
+class LoopView(NamedTuple):
+    """A loop about a point, and the frequencies at which one looks."""
+
+    asked: Loop  # the loop as it was asked for
+    point: OperatingPoint  # where it stays
+    slid: bool  # whether its hysteresis passes all of the command there
+    parts: PartSlopes  # its derivatives there
+    judged: JudgedMargins  # its margins
+    trusted: TrustedMargins  # those of them that hold, or those while it moves
+    onset: float  # the factor on its gain from which it oscillates; infinite for none, nan for unknown
+    low: float  # the lowest frequency [Hz]
+    high: float  # the highest
 
     @property
     def grid(self) -> Vector:
@@ -69,34 +128,36 @@ class View(NamedTuple):
 
     def dense(self, low: float, high: float) -> Vector:
         """Frequencies of a curve [Hz], dense where the loop resonates."""
-        rates = rates_of(self.judged.loop)
+        rates = loop_rates(self.judged.loop)
         width = np.maximum(np.abs(rates.real), SHARPEST * np.abs(rates.imag))  # else a peak without damping
         sharp = (np.abs(rates.imag)[:, np.newaxis] + width[:, np.newaxis] * AROUND).ravel()
         every = np.concatenate([np.geomspace(low, high, POINTS), sharp / (2.0 * math.pi)])
         return np.unique(every[(every >= low) & (every <= high)])
 
 
-def viewed(
+def loop_view(
     loop: Loop,
     command: float | None,
     force: float | None,
     band: tuple[float, float] | None,
     progress: Progress | None = None,
-) -> View:
+) -> LoopView:
     """A loop about a point, as :func:`hydroservo.bode` has it."""
     if force is not None:
         number(force, "force", Field("N", ""), float)
-    point, judged, slid = smoothest(loop, command, force)
-    parts, _, _ = parts_of(point)
+    point, judged, slid = smoothest_point(loop, command, force)
+    parts, _, _ = part_slopes(point)
     limits = checked_band(band, judged.margins, point)
-    onset = onset_of(loop, progress)
+    onset = known_onset(loop, progress)
     trusted = trusted_margins(point, judged, loop, onset)
-    return View(complete(loop), point, slid, parts, judged, trusted, onset, *limits)
+    return LoopView(complete(loop), point, slid, parts, judged, trusted, onset, *limits)
 
 
-def smoothest(loop: Loop, command: float | None, force: float | None) -> tuple[OperatingPoint, Judged, bool]:
+def smoothest_point(
+    loop: Loop, command: float | None, force: float | None
+) -> tuple[OperatingPoint, JudgedMargins, bool]:
     """A point of a loop, and whether its hysteresis slides there, as it does where the loop has no slope."""
-    slid = sliding(loop)
+    slid = without_hysteresis(loop)
     try:
         point = operating_point(loop, command, force)
         judged = margins_at(point)
@@ -110,7 +171,7 @@ def smoothest(loop: Loop, command: float | None, force: float | None) -> tuple[O
     return point, margins_at(point), True
 
 
-def onset_of(loop: Loop, progress: Progress | None) -> float:
+def known_onset(loop: Loop, progress: Progress | None) -> float:
     """From which gain a loop oscillates; nan where it cannot run."""
     try:
         return oscillation_gain(loop, progress=progress)

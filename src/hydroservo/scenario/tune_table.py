@@ -10,7 +10,7 @@ from hydroservo.core.command_scale import commands_in
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.field import declared_fields
 from hydroservo.core.validation import number
-from hydroservo.linear.bounds import Bounds
+from hydroservo.linear.stability import Bounds
 from hydroservo.runs.aims import checked_effort, checked_weights, checked_whole, finite_numbers, metric_field
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.ranges import both_ends, check_path

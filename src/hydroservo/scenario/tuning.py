@@ -11,11 +11,10 @@ from hydroservo._version import __version__
 from hydroservo.control.wiring import wired
 from hydroservo.core.block import replace
 from hydroservo.core.errors import HydroservoWarning, ParameterError
-from hydroservo.linear.bounds import LoopGuard
 from hydroservo.linear.first_guess import first_guess
-from hydroservo.linear.margins import UNTOLD
-from hydroservo.linear.places import is_unstable
-from hydroservo.linear.standing import changes_of
+from hydroservo.linear.margins import NO_SLOPE_ERRORS
+from hydroservo.linear.moving_margins import is_unstable
+from hydroservo.linear.stability import LoopGuard, stability_changes
 from hydroservo.runs.aims import Aim, check_ranges
 from hydroservo.runs.arguments import checked_loops, checked_mapping
 from hydroservo.runs.cautions import warnings_of
@@ -138,14 +137,14 @@ def best_values(
         loops = zip(names, task.aim.loops, strict=True)
         unstable = [name for name, loop in loops if is_unstable(replace(wired(loop), found.parameters))]
         return found._replace(unstable=unstable)
-    return found._replace(margins=changes_of(task.machines, found.parameters))
+    return found._replace(margins=stability_changes(task.machines, found.parameters))
 
 
 def guess_of(task: TuningTask) -> dict[str, float]:
     """A first guess of what is searched, from the first loop's machine; empty where there is none."""
     try:
         guess = first_guess(task.aim.loops[0])
-    except UNTOLD:
+    except NO_SLOPE_ERRORS:
         return {}
     values = guess.parameters if guess else {}
     return {path: float(f"{value:.5g}") for path, value in values.items() if path in task.ranges}

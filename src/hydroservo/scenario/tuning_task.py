@@ -10,7 +10,7 @@ from hydroservo.control.wiring import wired
 from hydroservo.core.block import Block, field_at, leaves
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.formatting import Scale
-from hydroservo.linear.bounds import Bounds
+from hydroservo.linear.stability import Bounds
 from hydroservo.runs.aims import Aim, checked_aim
 from hydroservo.runs.arguments import checked_loops
 from hydroservo.runs.provenance import scenario_hash

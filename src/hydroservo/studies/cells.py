@@ -15,8 +15,8 @@ from hydroservo.control.metrics import judged_by
 from hydroservo.core.block import replace
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.nearest import one_of
-from hydroservo.limits.command import CommandLimits, command_limits, loosest
-from hydroservo.limits.machine import check_limited, lawless, machine_limits
+from hydroservo.limits.command import CommandLimits, command_limits, loosest_limits
+from hydroservo.limits.least_error import check_limited, machine_limits, without_law
 from hydroservo.runs.columns import SEED
 from hydroservo.runs.provenance import describe, scenario_text
 from hydroservo.studies.asked import Law, Level, Study
@@ -196,7 +196,7 @@ def cell_name(entrant: Entrant) -> str:
 def in_cell(study: Study, entrants: Sequence[Entrant]) -> Iterator[Limited]:
     """The limited conditions of a cell, in which all of its laws are."""
     cell = entrants[0].cell.name
-    command = loosest([one for entrant in entrants for one in commands(study, entrant)])
+    command = loosest_limits([one for entrant in entrants for one in commands(study, entrant)])
     loops = loops_under(entrants[0], study.limits)
     try:
         check_limited(loops[0])
@@ -229,7 +229,7 @@ def loops_under(entrant: Entrant, count: int) -> dict[int, Loop]:
         for i, number in enumerate(drawn.numbers.tolist()):
             if number < count:
                 own = {path: float(column[i]) for path, column in drawn.columns.items() if path != SEED}
-                found[number] = lawless(replace(entrant.contender.assemblies[kind].loop, own))
+                found[number] = without_law(replace(entrant.contender.assemblies[kind].loop, own))
     return found
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 
-from hydroservo.audits.describing import busiest, exact, frozen
+from hydroservo.audits.describing import busiest_instant, exact_sensors, freeze_loop
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import replace
 from hydroservo.core.errors import HydroservoError
@@ -55,7 +55,7 @@ def law_margins(loops: Sequence[Loop]) -> LawMargins:
     """The least margins of a law's loop, with its valve's lag, its sensors' and its hold's, as it samples.
 
     The points are the machine at rest under 0 V, and for each loop the instant at which its demand and load
-    are largest together; :func:`~hydroservo.audits.describing.frozen` says how the machine moves there.
+    are largest together; :func:`~hydroservo.audits.describing.freeze_loop` says how the machine moves there.
 
     Args:
         loops: those of the law on one machine, such as one for each kind of demand.
@@ -75,11 +75,11 @@ def law_margins(loops: Sequence[Loop]) -> LawMargins:
 
 
 def at_rest(loop: Loop) -> Margins:
-    return margins(loop._replace(sensors=exact(loop.sensors)), command=0.0)
+    return margins(loop._replace(sensors=exact_sensors(loop.sensors)), command=0.0)
 
 
 def at_busiest(loop: Loop) -> Margins:
-    still = frozen(loop, busiest(loop))
+    still = freeze_loop(loop, busiest_instant(loop))
     return margins(still.loop, command=still.command)
 
 

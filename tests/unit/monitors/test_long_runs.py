@@ -6,7 +6,7 @@ import pytest
 from hydroservo import simulate
 from hydroservo.control.loop import Loop
 from hydroservo.control.monitors import Oscillation
-from hydroservo.linear.onset import amplified
+from hydroservo.linear.onset import with_amplified_command
 from hydroservo.runs.cautions import quietly
 from tests.support.brink import at_the_brink
 
@@ -15,7 +15,7 @@ def with_gain(name: str, factor: float, times: float = 1.0) -> Loop:
     loop = at_the_brink(name)
     given = loop.simulation
     simulation = given._replace(duration=times * given.duration, record_period=given.period)
-    return amplified(loop._replace(simulation=simulation), factor)
+    return with_amplified_command(loop._replace(simulation=simulation), factor)
 
 
 def line_of(loop: Loop) -> tuple[float, float]:

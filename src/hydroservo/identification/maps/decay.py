@@ -7,23 +7,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.core.errors import ScenarioError
-from hydroservo.core.formatting import MINUS, quantity
+from hydroservo.core.formatting import plain_quantity, quantity
 from hydroservo.identification.log import COMMAND
 from hydroservo.identification.maps.decay_fit import (
     DecayFit,
-    Watched,
-    columns,
-    exchanged,
-    fitted_to,
-    moves,
-    regressed,
-    shifted_by,
-    watched,
+    WatchedStretch,
+    balance_columns,
+    fit_balances,
+    piston_moves,
+    regress_balances,
+    watch_stretch,
+    with_exchanged_chambers,
     with_offsets,
+    with_pressure_offset,
 )
-from hydroservo.identification.maps.reading import Piston, demand
-from hydroservo.identification.maps.result import Found, Interval, curve_of
-from hydroservo.identification.segments import Understood
+from hydroservo.identification.maps.piston import Piston, require_signals
+from hydroservo.identification.maps.result import Interval, MapContents, curve_of
+from hydroservo.identification.segments import UnderstoodLog
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,11 +35,11 @@ OPENED = 1e-3  # V, by which the command of a closed valve may change
 Samples = NDArray[np.float64]
 
 
-def numbers_of(fit: DecayFit, piston: Piston, stretches: Sequence[Watched]) -> dict[str, Interval]:
+def decay_numbers(fit: DecayFit, piston: Piston, stretches: Sequence[WatchedStretch]) -> dict[str, Interval]:
     """Leakages, bulk modulus and time constant."""
     product = Interval.around(float(fit.across @ fit.found.values), fit.found.half(fit.across), "m^3/s", "")
     leakages = {key: one.at_least_0() for key, one in leakages_of(fit).items()}
-    numbers = leakages | modulus_of(fit, product, piston) | offset_of(fit)
+    numbers = leakages | modulus_interval(fit, product, piston) | offset_of(fit)
     if product.low > 0.0:
         numbers["time_constant"] = time_constant(product, piston, stretches)
     return numbers
@@ -79,7 +79,7 @@ def offset_of(fit: DecayFit) -> dict[str, Interval]:
     return {"pressure_offset": Interval.around(*fit.found.ratio(above, below), "Pa", meaning)}
 
 
-def modulus_of(fit: DecayFit, product: Interval, piston: Piston) -> dict[str, Interval]:
+def modulus_interval(fit: DecayFit, product: Interval, piston: Piston) -> dict[str, Interval]:
     """The bulk modulus: by a motion, or of the product that the decay tells, by the scenario's leakage."""
     if fit.seen:
         half = fit.found.half(fit.weight(-2 - fit.external))
@@ -91,7 +91,7 @@ def modulus_of(fit: DecayFit, product: Interval, piston: Piston) -> dict[str, In
     return {"bulk_modulus": product.times(1.0 / own, "Pa")._replace(meaning=meaning)}
 
 
-def time_constant(product: Interval, piston: Piston, stretches: Sequence[Watched]) -> Interval:
+def time_constant(product: Interval, piston: Piston, stretches: Sequence[WatchedStretch]) -> Interval:
     """V_A V_B/(V_A + V_B)/(beta C_i), with the volumes of the mean position."""
     position = np.array([np.mean(np.concatenate([one.rows["x"] for one in stretches]))])
     a, b = (float(one[0]) for one in piston.volumes(position))
@@ -100,7 +100,7 @@ def time_constant(product: Interval, piston: Piston, stretches: Sequence[Watched
     return Interval(joint / product.value, joint / product.high, joint / product.low, "s", meaning)
 
 
-def check_decays(fit: DecayFit, free: DecayFit, stretches: Sequence[Watched], name: str) -> None:
+def check_decays(fit: DecayFit, free: DecayFit, stretches: Sequence[WatchedStretch], name: str) -> None:
     """Refuse pressures that do not decay, unless a motion tells a bulk modulus from them."""
     leak = [*leakages_of(fit).values()]
     rises = any(one.high < 0.0 for one in leak)
@@ -111,7 +111,7 @@ def check_decays(fit: DecayFit, free: DecayFit, stretches: Sequence[Watched], na
         return
     if rises or not (fit.seen or any(one.low > 0.0 for one in leak)):
         apart = stretches[0].rows["a"] - stretches[0].rows["b"]
-        ends = [quantity(float(one), "Pa").replace(MINUS, "-") for one in (apart[0], apart[-1])]
+        ends = [plain_quantity(float(one), "Pa") for one in (apart[0], apart[-1])]
         lasts = stretches[0].period * (apart.size - 1)
         noise = "" if rises else " beyond their noise"
         problem = (
@@ -120,7 +120,7 @@ def check_decays(fit: DecayFit, free: DecayFit, stretches: Sequence[Watched], na
         raise ScenarioError(name, "", problem)
 
 
-def values_of(
+def decay_values(
     fit: DecayFit, numbers: Mapping[str, Interval], piston: Piston
 ) -> tuple[dict[str, Interval], list[str]]:
     """The numbers of the scenario's plant, and what a user should know."""
@@ -152,7 +152,7 @@ def values_of(
     return values, remarks
 
 
-def decay(logs: Sequence[Understood], piston: Piston) -> Found:
+def decay_map(logs: Sequence[UnderstoodLog], piston: Piston) -> MapContents:
     """Leakage and bulk modulus from blocked ports, each chamber's oil balanced over time::
 
         int V_A dp_A = c_A - beta A_A (x - x_0) - beta C_i int (p_A - p_B) dt - beta C_e int p_A dt
@@ -163,38 +163,33 @@ def decay(logs: Sequence[Understood], piston: Piston) -> Found:
     the products. Leakages then go with the scenario's bulk modulus, and the bulk modulus with the scenario's
     leakage.
 
-    Args:
-        logs: with both pressures, or the hydraulic force of a plant described by it; and the position
-            where the piston moves.
-        piston: of the scenario's plant: areas and volumes.
-
     Source: the continuity of flow; Merritt, Hydraulic Control Systems, 1967, ch. 6; least squares.
     Fails where the valve's own leakage counts, which is taken for that of the cylinder: ports must be plugged
     or a valve with overlap closed; and where the bulk modulus changes much over the pressures of the log, of
     which it is a mean.
     """
     for log in logs:
-        check_signals(log, piston)
-    stretches = [watched(one, piston) for log in logs for one in log.segments]
+        check_decay_signals(log, piston)
+    stretches = [watch_stretch(one, piston) for log in logs for one in log.segments]
     name = logs[0].log.name
     check_motion(stretches, piston, name)
-    fit = fitted_to(stretches, piston)
+    fit = fit_balances(stretches, piston)
     if fit is None:
         raise ScenarioError(name, "", "its pressures show no leakage: they are too similar")
     free = with_offsets(fit, stretches, piston)
     check_decays(fit, free, stretches, name)
     check_volumes(free, stretches, piston, name)
     fit = free.without_negative_leakage()
-    numbers = numbers_of(fit, piston, stretches)
-    values, remarks = values_of(fit, numbers, piston)
+    numbers = decay_numbers(fit, piston, stretches)
+    values, remarks = decay_values(fit, numbers, piston)
     if not fit.offsets:
         remarks.append(offset_remark(fit, stretches, piston))
-    return Found(pressures_of(fit, stretches, piston), numbers, (), values, remarks)
+    return MapContents(pressures_of(fit, stretches, piston), numbers, (), values, remarks)
 
 
-def check_motion(stretches: Sequence[Watched], piston: Piston, name: str) -> None:
+def check_motion(stretches: Sequence[WatchedStretch], piston: Piston, name: str) -> None:
     """Refuse pressures that a motion moves the wrong way."""
-    fit = regressed(stretches, piston, True) if any(map(moves, stretches)) else None
+    fit = regress_balances(stretches, piston, True) if any(map(piston_moves, stretches)) else None
     if fit is not None and fit.modulus + fit.found.half(fit.weight(fit.stretches + fit.offsets)) < 0.0:
         problem = (
             "pressures rise where the motion leaves the oil more room: pressure_a and pressure_b are "
@@ -203,9 +198,11 @@ def check_motion(stretches: Sequence[Watched], piston: Piston, name: str) -> Non
         raise ScenarioError(name, "", problem)
 
 
-def check_volumes(fit: DecayFit, stretches: Sequence[Watched], piston: Piston, name: str) -> None:
+def check_volumes(fit: DecayFit, stretches: Sequence[WatchedStretch], piston: Piston, name: str) -> None:
     """Refuse pressures that the volumes of both chambers explain far better when exchanged."""
-    other = regressed([exchanged(one, piston) for one in stretches], piston, fit.seen, fit.offsets)
+    other = regress_balances(
+        [with_exchanged_chambers(one, piston) for one in stretches], piston, fit.seen, fit.offsets
+    )
     if other is not None and other.found.scatter < CLEARER * fit.found.scatter:
         problem = (
             "the volumes of both chambers explain the decay far better with pressure_a and pressure_b "
@@ -214,10 +211,10 @@ def check_volumes(fit: DecayFit, stretches: Sequence[Watched], piston: Piston, n
         raise ScenarioError(name, "", problem)
 
 
-def offset_remark(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -> str:
+def offset_remark(fit: DecayFit, stretches: Sequence[WatchedStretch], piston: Piston) -> str:
     """By how much an offset of a sensor, which this decay does not tell, would move the leakage."""
-    shifted = [shifted_by(OFFSET, one, piston) for one in stretches]
-    again = regressed(shifted, piston, fit.seen)
+    shifted = [with_pressure_offset(OFFSET, one, piston) for one in stretches]
+    again = regress_balances(shifted, piston, fit.seen)
     said = "the decay is too short to tell an offset of a pressure sensor from leakage"
     own = float(fit.across @ fit.found.values)
     if again is None or not own > 0.0:
@@ -226,14 +223,14 @@ def offset_remark(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -
     return f"{said}: one of {quantity(OFFSET, 'Pa')} moves internal_leakage by {100.0 * share:.2g} %"
 
 
-def check_signals(log: Understood, piston: Piston) -> None:
+def check_decay_signals(log: UnderstoodLog, piston: Piston) -> None:
     """Refuse a log that is none of blocked ports."""
     by_hydraulic_force = not piston.has_chambers and any(
         "hydraulic_force" in one.measured for one in log.segments
     )
     if not by_hydraulic_force:
         for name in ("pressure_a", "pressure_b"):
-            demand(log, (name,), "a decay")
+            require_signals(log, (name,), "a decay")
     for one in log.segments:
         command = one.inputs.get(COMMAND)
         if command is not None and np.ptp(command) > OPENED:
@@ -242,24 +239,27 @@ def check_signals(log: Understood, piston: Piston) -> None:
             raise ScenarioError(log.log.name, "command", problem)
 
 
-def fitted(fit: DecayFit, place: int, one: Watched, piston: Piston) -> dict[str, Samples]:
+def fitted_pressures(fit: DecayFit, place: int, one: WatchedStretch, piston: Piston) -> dict[str, Samples]:
     """The pressures of both chambers that the balances give."""
     found = {}
     volumes = piston.volumes(one.rows["x"])
     for j, chamber in enumerate("ab"):
         own = one.balances[j]
-        given = columns(own, place + j, fit.stretches, fit.external, fit.seen, fit.offsets) @ fit.found.values
+        given = (
+            balance_columns(own, place + j, fit.stretches, fit.external, fit.seen, fit.offsets)
+            @ fit.found.values
+        )
         beside = given - own.raised + (0.0 if fit.seen else fit.modulus * own.swept)
         found[chamber] = one.rows[chamber] + beside / volumes[j]
     return found
 
 
-def pressures_of(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -> "xr.Dataset":
+def pressures_of(fit: DecayFit, stretches: Sequence[WatchedStretch], piston: Piston) -> "xr.Dataset":
     """Pressures and position over time, with the pressures that the balances give."""
     rows: dict[str, list[Samples]] = {}
     for i, one in enumerate(stretches):
         shown = {"time": one.time}
-        for chamber, values in fitted(fit, 2 * i, one, piston).items():
+        for chamber, values in fitted_pressures(fit, 2 * i, one, piston).items():
             shown |= {f"pressure_{chamber}": one.rows[chamber], f"pressure_{chamber}_fitted": values}
         shown |= {"position": one.rows["x"], "log": np.full(one.time.size, float(one.segment.log + 1))}
         for name, values in shown.items():

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.identification.maps.reading import Piston, bridged
-from hydroservo.identification.regression import Regression, regression, thinned
+from hydroservo.identification.maps.piston import Piston, bridge_gaps
+from hydroservo.identification.regression import Regression, regression, thin_out
 from hydroservo.identification.segments import Segment, noise_of
 
 SIGMAS = 5.0  # of its noise: a pressure further below 0 is truly negative, and drives no oil out
@@ -19,39 +19,23 @@ STEPS = 5.0  # deviations of the position's noise, that a motion goes
 
 
 class Balance(NamedTuple):
-    """One chamber's oil over a stretch: what rises in its pressure, and what that is owed to.
+    """One chamber's oil over a stretch: what rises in its pressure, and what that is owed to."""
 
-    Attributes:
-        raised: the integral of V dp [m^3 Pa].
-        swept: what the piston leaves to the chamber [m^3].
-        across: the integral of the pressure that drives oil in past the piston [Pa s].
-        outside: the integral of that which drives it in from outside, none where it is below 0 [Pa s].
-        pressed: the same of any sign, as that of a sensor with an offset may have [Pa s].
-        duration: of the stretch [s].
-    """
-
-    raised: Samples
-    swept: Samples
-    across: Samples
-    outside: Samples
-    pressed: Samples
-    duration: float
+    raised: Samples  # the integral of V dp [m^3 Pa]
+    swept: Samples  # what the piston leaves to the chamber [m^3]
+    across: Samples  # the integral of the pressure that drives oil in past the piston [Pa s]
+    outside: Samples  # the integral of that which drives it in from outside, none where it is below 0 [Pa s]
+    pressed: Samples  # the same of any sign, as that of a sensor with an offset may have [Pa s]
+    duration: float  # of the stretch [s]
 
 
-class Watched(NamedTuple):
-    """A stretch with the balances of both its chambers.
+class WatchedStretch(NamedTuple):
+    """A stretch with the balances of both its chambers."""
 
-    Attributes:
-        segment: the stretch.
-        period: between its samples here [s].
-        rows: pressures ``a`` and ``b`` [Pa] and position ``x`` [m], shape (n,).
-        balances: of chamber A and of chamber B.
-    """
-
-    segment: Segment
-    period: float
-    rows: dict[str, Samples]
-    balances: Sequence[Balance]
+    segment: Segment  # the stretch
+    period: float  # between its samples here [s]
+    rows: dict[str, Samples]  # pressures ``a`` and ``b`` [Pa] and position ``x`` [m], shape (n,)
+    balances: Sequence[Balance]  # of chamber A and of chamber B
 
     @property
     def time(self) -> Samples:
@@ -61,13 +45,8 @@ class Watched(NamedTuple):
         return self.segment.start + offset + self.period * places
 
 
-def watched(one: Segment, piston: Piston) -> Watched:
-    """What a stretch shows of both chambers.
-
-    Args:
-        one: with both pressures, or the hydraulic force of a plant that is described by it.
-        piston: of the plant.
-    """
+def watch_stretch(one: Segment, piston: Piston) -> WatchedStretch:
+    """What a stretch shows of both chambers."""
     measured = one.measured
     if {"pressure_a", "pressure_b"} <= set(measured):
         rows = {"a": measured["pressure_a"], "b": measured["pressure_b"]}
@@ -75,24 +54,24 @@ def watched(one: Segment, piston: Piston) -> Watched:
         half = 0.5 * measured["hydraulic_force"] / piston.area_a
         rows = {"a": half, "b": -half}
     rows["x"] = measured.get("position", np.full(one.samples, piston.plant.start_position))
-    period, few = thinned(one.period, rows)
-    whole = {name: bridged(values, one.log) for name, values in few.items()}
-    return Watched(one, period, whole, balances(whole, period, piston))
+    period, few = thin_out(one.period, rows)
+    whole = {name: bridge_gaps(values, one.log) for name, values in few.items()}
+    return WatchedStretch(one, period, whole, chamber_balances(whole, period, piston))
 
 
-def shifted_by(offset: float, one: Watched, piston: Piston) -> Watched:
+def with_pressure_offset(offset: float, one: WatchedStretch, piston: Piston) -> WatchedStretch:
     """A stretch whose sensor of pressure A shows so much more [Pa]."""
     rows = one.rows | {"a": one.rows["a"] + offset}
-    return one._replace(rows=rows, balances=balances(rows, one.period, piston))
+    return one._replace(rows=rows, balances=chamber_balances(rows, one.period, piston))
 
 
-def exchanged(one: Watched, piston: Piston) -> Watched:
+def with_exchanged_chambers(one: WatchedStretch, piston: Piston) -> WatchedStretch:
     """A stretch with the pressures of both chambers exchanged."""
     rows = one.rows | {"a": one.rows["b"], "b": one.rows["a"]}
-    return one._replace(rows=rows, balances=balances(rows, one.period, piston))
+    return one._replace(rows=rows, balances=chamber_balances(rows, one.period, piston))
 
 
-def balances(rows: Mapping[str, Samples], period: float, piston: Piston) -> list[Balance]:
+def chamber_balances(rows: Mapping[str, Samples], period: float, piston: Piston) -> list[Balance]:
     """The balances of both chambers."""
     a, b, x = rows["a"], rows["b"], rows["x"]
     volume_a, volume_b = piston.volumes(x)
@@ -124,20 +103,13 @@ class DecayFit(NamedTuple):
 
     Its columns are a constant for each chamber of each stretch, a ramp in time for each offset of a sensor,
     the motion, leakage past the piston, and leakage to the outside.
-
-    Attributes:
-        found: the regression.
-        modulus: the bulk modulus [Pa], as found, or that of the scenario.
-        seen: whether a motion tells it.
-        external: whether leakage to the outside is among the columns.
-        offsets: how many offsets of sensors are: 0, or 1 of a hydraulic force, or 2.
     """
 
-    found: Regression
-    modulus: float
-    seen: bool
-    external: bool
-    offsets: int
+    found: Regression  # the regression
+    modulus: float  # the bulk modulus [Pa], as found, or that of the scenario
+    seen: bool  # whether a motion tells it
+    external: bool  # whether leakage to the outside is among the columns
+    offsets: int  # how many offsets of sensors are: 0, or 1 of a hydraulic force, or 2
 
     @property
     def stretches(self) -> int:
@@ -178,25 +150,25 @@ class DecayFit(NamedTuple):
         return found
 
 
-def fitted_to(stretches: Sequence[Watched], piston: Piston) -> DecayFit | None:
+def fit_balances(stretches: Sequence[WatchedStretch], piston: Piston) -> DecayFit | None:
     """What the balances tell, the bulk modulus too where a motion shows it; None if columns are too alike."""
-    fit = by_motion(stretches, piston) or regressed(stretches, piston, False)
+    fit = fit_by_motion(stretches, piston) or regress_balances(stretches, piston, False)
     return None if fit is None else with_noise(fit, stretches, piston)
 
 
-def with_offsets(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -> DecayFit:
+def with_offsets(fit: DecayFit, stretches: Sequence[WatchedStretch], piston: Piston) -> DecayFit:
     """The same with the offsets of sensors among its unknowns, where the decay is long enough to tell them.
 
     An offset drives a leakage at a constant rate, and a leakage one that falls as the pressures do.
     """
-    free = regressed(stretches, piston, fit.seen, offsets=2 if piston.has_chambers else 1)
+    free = regress_balances(stretches, piston, fit.seen, offsets=2 if piston.has_chambers else 1)
     if free is None:
         return fit
     free = with_noise(free, stretches, piston)
     return free if free.leaks or (free.drifts and not fit.leaks) else fit
 
 
-def with_noise(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -> DecayFit:
+def with_noise(fit: DecayFit, stretches: Sequence[WatchedStretch], piston: Piston) -> DecayFit:
     """The same with what the noise of pressures adds to its covariance.
 
     Noise adds up in integrals, which no covariance of what is left knows of: how far the numbers move when
@@ -206,69 +178,74 @@ def with_noise(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -> D
     scale = np.sqrt(np.maximum(np.diag(fit.found.covariance), 1e-300))
     apart = []
     for _ in range(DRAWS):
-        again = [noisier(one, rng, piston) for one in stretches]
-        design, aim = (np.concatenate(rows) for rows in zip(*parts_of(again, piston, fit), strict=True))
+        again = [with_more_noise(one, rng, piston) for one in stretches]
+        design, aim = (
+            np.concatenate(rows) for rows in zip(*chamber_columns(again, piston, fit), strict=True)
+        )
         apart.append(np.linalg.lstsq(design * scale, aim, rcond=None)[0] * scale - fit.found.values)
     covariance = fit.found.covariance + np.transpose(apart) @ np.array(apart) / DRAWS
     return fit._replace(found=fit.found._replace(covariance=covariance))
 
 
-def by_motion(stretches: Sequence[Watched], piston: Piston) -> DecayFit | None:
+def fit_by_motion(stretches: Sequence[WatchedStretch], piston: Piston) -> DecayFit | None:
     """What the balances tell with the bulk modulus among it; None where no motion shows it well enough."""
-    if not any(map(moves, stretches)):
+    if not any(map(piston_moves, stretches)):
         return None
-    fit = regressed(stretches, piston, True)
+    fit = regress_balances(stretches, piston, True)
     if fit is None or fit.found.half(fit.weight(2 * len(stretches))) >= SURE * fit.modulus:
         return None
     return fit
 
 
-def moves(one: Watched) -> bool:
+def piston_moves(one: WatchedStretch) -> bool:
     """Whether the piston moves by more than its sensor's noise."""
     position = one.segment.measured.get("position")
     return position is not None and float(np.ptp(one.rows["x"])) > STEPS * noise_of(position)
 
 
-def noisier(one: Watched, rng: np.random.Generator, piston: Piston) -> Watched:
+def with_more_noise(one: WatchedStretch, rng: np.random.Generator, piston: Piston) -> WatchedStretch:
     """A stretch whose pressures have noise of their own size once more."""
     noisy = {
         chamber: one.rows[chamber] + rng.normal(scale=noise_of(one.rows[chamber]), size=one.time.size)
         for chamber in "ab"
     }
     rows = one.rows | noisy
-    return one._replace(rows=rows, balances=balances(rows, one.period, piston))
+    return one._replace(rows=rows, balances=chamber_balances(rows, one.period, piston))
 
 
-def regressed(stretches: Sequence[Watched], piston: Piston, seen: bool, offsets: int = 0) -> DecayFit | None:
+def regress_balances(
+    stretches: Sequence[WatchedStretch], piston: Piston, seen: bool, offsets: int = 0
+) -> DecayFit | None:
     """The regression, with the bulk modulus or with that of the scenario; None if columns are too alike."""
     external = hasattr(piston.plant, "external_leakage")
     blank = Regression(np.zeros(0), np.zeros((0, 0)), 0.0)
-    fit = DecayFit(blank, modulus_of(piston, stretches), seen, external, offsets)
-    found = regression(parts_of(stretches, piston, fit))
+    fit = DecayFit(blank, scenario_modulus(piston, stretches), seen, external, offsets)
+    found = regression(chamber_columns(stretches, piston, fit))
     if found is None:
         return None
     modulus = float(found.values[2 * len(stretches) + offsets]) if seen else fit.modulus
     return fit._replace(found=found, modulus=modulus)
 
 
-def parts_of(stretches: Sequence[Watched], piston: Piston, fit: DecayFit) -> list[tuple[Samples, Samples]]:
+def chamber_columns(
+    stretches: Sequence[WatchedStretch], piston: Piston, fit: DecayFit
+) -> list[tuple[Samples, Samples]]:
     """Of each chamber of each stretch the columns, and what they explain."""
     chambers = [one for stretch in stretches for one in stretch.balances]
-    known = 0.0 if fit.seen else modulus_of(piston, stretches)
+    known = 0.0 if fit.seen else scenario_modulus(piston, stretches)
     shape = len(chambers), fit.external, fit.seen, fit.offsets
-    return [(columns(one, i, *shape), one.raised - known * one.swept) for i, one in enumerate(chambers)]
+    return [
+        (balance_columns(one, i, *shape), one.raised - known * one.swept) for i, one in enumerate(chambers)
+    ]
 
 
-def columns(one: Balance, place: int, count: int, external: bool, moved: bool, offsets: int) -> Samples:
+def balance_columns(
+    one: Balance, place: int, count: int, external: bool, moved: bool, offsets: int
+) -> Samples:
     """What a chamber's balance is owed to: a constant of its own, offsets of sensors, motion, leakages.
 
-    Args:
-        one: the balance.
-        place: of its constant; even for chamber A, odd for B.
-        count: of the constants.
-        external: whether leakage to the outside counts.
-        moved: whether motion does.
-        offsets: 2 of pressures, 1 of a hydraulic force, which chamber B has the other way round, or 0.
+    The place is that of its constant, even for chamber A and odd for B. Offsets are 2 of pressures, 1 of a
+    hydraulic force, which chamber B has the other way round, or 0.
     """
     own = np.zeros((one.raised.size, count))
     own[:, place] = 1.0
@@ -281,7 +258,7 @@ def columns(one: Balance, place: int, count: int, external: bool, moved: bool, o
     return np.column_stack([own, *more])
 
 
-def modulus_of(piston: Piston, stretches: Sequence[Watched]) -> float:
+def scenario_modulus(piston: Piston, stretches: Sequence[WatchedStretch]) -> float:
     """The scenario's bulk modulus at the mean pressure of the logs [Pa]."""
     if not piston.has_chambers:
         return float(piston.plant.bulk_modulus)

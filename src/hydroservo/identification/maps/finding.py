@@ -29,25 +29,25 @@ def map_finding(static_map: "StaticMap", logs: Sequence[Path] = ()) -> Finding:
     loop = static_map.loop
     return Finding(
         f"{kind} map from {', '.join(static_map.logs)}",
-        [count_line(static_map)],
+        [map_count_line(static_map)],
         static_map.remarks,
-        [Table("numbers", COLUMNS, rows_of(static_map), "What the map gives.", NOTE)],
-        [Picture("map", CAPTION, lambda: drawn(static_map))],
-        numbers_of(static_map),
-        files_of(static_map),
+        [Table("numbers", COLUMNS, number_rows(static_map), "What the map gives.", NOTE)],
+        [Picture("map", CAPTION, lambda: draw_static_map(static_map))],
+        map_numbers(static_map),
+        map_files(static_map),
         [] if loop is None else [origin_of_loop(static_map.scenario, loop)],
         logs_of(logs),
     )
 
 
-def count_line(static_map: "StaticMap") -> Line:
+def map_count_line(static_map: "StaticMap") -> Line:
     """How many numbers can be determined, and from how much."""
     count, points = len(static_map.numbers), static_map.curve.sizes["point"]
     total = counted(count + len(static_map.undetermined), "number")
     return Line(f"{count} of {total} can be determined, from {counted(points, 'point')} of the curve.")
 
 
-def rows_of(static_map: "StaticMap") -> list[list[Cell]]:
+def number_rows(static_map: "StaticMap") -> list[list[Cell]]:
     """The numbers with their intervals, and why others cannot be determined."""
     rows = [
         [
@@ -65,13 +65,13 @@ def rows_of(static_map: "StaticMap") -> list[list[Cell]]:
     return rows + unknown
 
 
-def drawn(static_map: "StaticMap") -> "Plot":
+def draw_static_map(static_map: "StaticMap") -> "Plot":
     from hydroservo.figures.identified import plot_static_map
 
     return plot_static_map(static_map)
 
 
-def numbers_of(static_map: "StaticMap") -> dict[str, Any]:
+def map_numbers(static_map: "StaticMap") -> dict[str, Any]:
     """All numbers of a map, in SI units."""
     return {
         "kind": static_map.kind,
@@ -92,16 +92,15 @@ def numbers_of(static_map: "StaticMap") -> dict[str, Any]:
     }
 
 
-def files_of(static_map: "StaticMap") -> dict[str, Writer]:
+def map_files(static_map: "StaticMap") -> dict[str, Writer]:
     """The points of the curve in SI units, and where a scenario was given one with what was found."""
-    files: dict[str, Writer] = {"map.csv": lambda path: write_text(path, curve_csv(static_map))}
+    curve = static_map.curve
+    fields = {
+        str(name): Field(row.attrs["units"], row.attrs["long_name"]) for name, row in curve.data_vars.items()
+    }
+    files: dict[str, Writer] = {
+        "map.csv": lambda path: write_text(path, metrics_csv(curve.to_dataframe(), fields))
+    }
     if static_map.scenario:
         files["scenario.toml"] = lambda path: write_text(path, static_map.toml(final_place(path).parent))
     return files
-
-
-def curve_csv(static_map: "StaticMap") -> str:
-    """The points of the curve."""
-    rows = static_map.curve.data_vars.items()
-    fields = {str(name): Field(row.attrs["units"], row.attrs["long_name"]) for name, row in rows}
-    return metrics_csv(static_map.curve.to_dataframe(), fields)

@@ -13,14 +13,20 @@ from hydroservo.identification.maps.friction_law import (
     FrictionFit,
     Speeds,
     fitted_friction,
-    range_of,
+    friction_sum_at,
+    speed_ratio,
     speeds_of,
-    sum_at,
 )
-from hydroservo.identification.maps.reading import Piston, Stretch, demand, longest_of, stretches
-from hydroservo.identification.maps.result import Drawn, Found, Interval, curve_of
-from hydroservo.identification.regression import NORMAL, mean_of, thinned
-from hydroservo.identification.segments import Segment, Understood
+from hydroservo.identification.maps.piston import (
+    Piston,
+    SteadyStretch,
+    longest_stretch,
+    require_signals,
+    steady_stretches,
+)
+from hydroservo.identification.maps.result import DrawnLine, Interval, MapContents, curve_of
+from hydroservo.identification.regression import NORMAL, mean_with_interval, thin_out
+from hydroservo.identification.segments import Segment, UnderstoodLog
 from hydroservo.machine.mechanics import ElastoPlastic, LuGre
 
 if TYPE_CHECKING:
@@ -34,7 +40,7 @@ BLOCKS = 8  # of a stretch, by which friction is seen to change along it
 Samples = NDArray[np.float64]
 
 
-class Point(NamedTuple):
+class FrictionPoint(NamedTuple):
     """A stretch of constant speed: columns of the curve."""
 
     velocity: float
@@ -45,7 +51,7 @@ class Point(NamedTuple):
     duration: float
 
 
-def friction(logs: Sequence[Understood], loop: Loop | None, piston: Piston | None) -> Found:
+def friction_map(logs: Sequence[UnderstoodLog], loop: Loop | None, piston: Piston | None) -> MapContents:
     """The friction of a piston at the speeds at which it moves steadily::
 
         friction = A_A p_A - A_B p_B - resistance of the mechanism - external force - M dv/dt
@@ -54,67 +60,66 @@ def friction(logs: Sequence[Understood], loop: Loop | None, piston: Piston | Non
     the scenario's load does. Through the points goes the law that
     :func:`~hydroservo.identification.maps.friction_law.fitted_friction` says.
 
-    Args:
-        logs: with velocity or position, and both pressures or the hydraulic force.
-        loop: of the scenario; None without one.
-        piston: of its plant.
-
     Source: the balance of forces; Jelali and Kroll, Hydraulic Servo-systems, 2003, ch. 4 (friction from
     moves of constant speed).
     Fails to tell a constant force from friction that differs between the directions, and below the speeds at
     which the machine sticks and slips.
     """
-    points: list[Point] = []
+    points: list[FrictionPoint] = []
     for log in logs:
-        check_signals(log, piston)
+        check_friction_signals(log, piston)
         for one in log.segments:
-            points += [point_of(one, stretch, loop, piston) for stretch in stretches(one)]
+            points += [friction_point(one, stretch, loop, piston) for stretch in steady_stretches(one)]
     points = [one for one in points if np.isfinite(one.friction)]
     name = logs[0].log.name
     if not points:
-        longest = max(longest_of(one) for log in logs for one in log.segments)
+        longest = max(longest_stretch(one) for log in logs for one in log.segments)
         problem = (
             f"moves nowhere at a constant speed, within 5 % for a while: the longest lasts {longest:.3g} s"
         )
         raise ScenarioError(name, "", problem)
-    columns = {key: np.array(row) for key, row in zip(Point._fields, zip(*points, strict=True), strict=True)}
+    columns = {
+        key: np.array(row) for key, row in zip(FrictionPoint._fields, zip(*points, strict=True), strict=True)
+    }
     law, numbers, remarks = law_of(columns, loop)
-    lines = [] if law is None else list(lines_of(law, columns["velocity"]))
-    values, left = ({}, []) if loop is None or not numbers else values_of(numbers, loop)
-    return Found(points_of(columns), numbers, lines, values, [*remarks, *left])
+    lines = [] if law is None else list(law_lines(law, columns["velocity"]))
+    values, left = ({}, []) if loop is None or not numbers else friction_values(numbers, loop)
+    return MapContents(friction_curve(columns), numbers, lines, values, [*remarks, *left])
 
 
-def check_signals(log: Understood, piston: Piston | None) -> None:
+def check_friction_signals(log: UnderstoodLog, piston: Piston | None) -> None:
     """Refuse a log from which friction does not follow."""
-    demand(log, ("velocity", "position"), "a friction map")
+    require_signals(log, ("velocity", "position"), "a friction map")
     if all("hydraulic_force" in one.measured for one in log.segments):
         return
     for name in ("pressure_a", "pressure_b"):
-        demand(log, (name, "hydraulic_force"), "a friction map")
+        require_signals(log, (name, "hydraulic_force"), "a friction map")
     if piston is None:
         raise ScenarioError(
             log.log.name, "", "has pressures and no hydraulic_force: give --scenario for the piston's areas"
         )
 
 
-def point_of(one: Segment, stretch: Stretch, loop: Loop | None, piston: Piston | None) -> Point:
+def friction_point(
+    one: Segment, stretch: SteadyStretch, loop: Loop | None, piston: Piston | None
+) -> FrictionPoint:
     """The friction of a stretch."""
     part = stretch.part
     time = one.time[part]
     position = float(np.nanmean(one.measured["position"][part])) if "position" in one.measured else None
-    mass = inertia(piston, position)
-    against = resisting(one, part, loop, piston, stretch.speed, position)
+    mass = piston_mass(piston, position)
+    against = resisting_force(one, part, loop, piston, stretch.speed, position)
     driving: Samples = np.subtract(driving_force(one, part, piston), against)
-    _, rows = thinned(one.period, {"friction": driving}, PER_BLOCK)
+    _, rows = thin_out(one.period, {"friction": driving}, PER_BLOCK)
     known = rows["friction"][np.isfinite(rows["friction"])]
     start, duration = float(time[0]), float(time[-1] - time[0])
     if known.size < 3:
-        return Point(stretch.speed, np.nan, np.nan, np.nan, start, duration)
-    middle, _, half = mean_of([known])
+        return FrictionPoint(stretch.speed, np.nan, np.nan, np.nan, start, duration)
+    middle, _, half = mean_with_interval([known])
     unsure = drift_of(known, half / NORMAL), mass * stretch.deviation
     half = float(np.linalg.norm([half, *(NORMAL * one for one in unsure)]))
     spread = float(np.nanstd(driving, ddof=1))
-    return Point(stretch.speed, middle - mass * stretch.acceleration, spread, half, start, duration)
+    return FrictionPoint(stretch.speed, middle - mass * stretch.acceleration, spread, half, start, duration)
 
 
 def drift_of(values: Samples, deviation: float) -> float:
@@ -133,7 +138,7 @@ def driving_force(one: Segment, part: slice, piston: Piston | None) -> Samples:
     return piston.area_a * a - piston.area_b * b
 
 
-def resisting(
+def resisting_force(
     one: Segment, part: slice, loop: Loop | None, piston: Piston | None, speed: float, position: float | None
 ) -> Samples:
     """What the rod works against besides friction and inertia [N]."""
@@ -148,15 +153,15 @@ def resisting(
         force = np.zeros(time.size)
     if piston is None:
         return force
-    return force + piston.resistance(place(piston, position), speed)
+    return force + piston.resistance(piston_place(piston, position), speed)
 
 
-def inertia(piston: Piston | None, position: float | None) -> float:
+def piston_mass(piston: Piston | None, position: float | None) -> float:
     """The moving mass [kg]; 0 where none is known."""
-    return 0.0 if piston is None else piston.inertia(place(piston, position))
+    return 0.0 if piston is None else piston.inertia(piston_place(piston, position))
 
 
-def place(piston: Piston, position: float | None) -> float:
+def piston_place(piston: Piston, position: float | None) -> float:
     """Where the piston is: as measured, or at its start [m]."""
     return float(piston.plant.start_position if position is None else position)
 
@@ -170,7 +175,7 @@ def law_of(
     points = Speeds(columns["velocity"], force, deviation)
     speeds = speeds_of(points)
     ways = np.unique(np.sign(speeds.velocity)).size
-    if range_of(speeds.velocity) < NARROW:
+    if speed_ratio(speeds.velocity) < NARROW:
         each = " each way" if ways > 1 else ""
         why = f"all moves{each} are at one speed, or nearly; add moves at {NARROW} times that speed"
         return friction_sum(points, why)
@@ -187,23 +192,23 @@ def law_of(
 
 def friction_sum(points: Speeds, why: str) -> tuple[None, dict[str, Interval], list[str]]:
     """The sum of Coulomb and viscous friction, where nothing tells them apart."""
-    both = sum_at(points)
+    both = friction_sum_at(points)
     if both is None:
         return None, {}, ["the force acts along the motion, so it is not friction; check its sign"]
     problem = "Coulomb and viscous friction cannot be told apart, so only their sum is given"
     return None, {"friction": both}, [f"{problem}: {why}"]
 
 
-def lines_of(law: FrictionFit, velocity: Samples) -> Iterator[Drawn]:
+def law_lines(law: FrictionFit, velocity: Samples) -> Iterator[DrawnLine]:
     """The law over the speeds that were moved at."""
     for sign in (-1.0, 1.0):
         speeds = np.abs(velocity[sign * velocity > 0.0])
         if speeds.size:
             v = sign * np.linspace(0.3 * speeds.min(), speeds.max(), 200)
-            yield Drawn("law" if sign < 0.0 or not (velocity < 0.0).any() else "", v, law.at(v))
+            yield DrawnLine("law" if sign < 0.0 or not (velocity < 0.0).any() else "", v, law.at(v))
 
 
-def points_of(columns: Mapping[str, Samples]) -> "xr.Dataset":
+def friction_curve(columns: Mapping[str, Samples]) -> "xr.Dataset":
     """The points, in the order of their velocity."""
     order = np.argsort(columns["velocity"], kind="stable")
     about = {
@@ -225,22 +230,16 @@ def friction_of(loop: Loop) -> tuple[str, Any]:
     return "plant.friction", own
 
 
-def values_of(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, Interval], list[str]]:
+def friction_values(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, Interval], list[str]]:
     """The numbers of the scenario's friction, and what has no place in it."""
     if "viscous" not in numbers:
         return {}, ["the scenario keeps its own friction"]
     left = ["offset has no place in a scenario"] if "offset" in numbers else []
     path, own = friction_of(loop)
     if own is None:
-        return {"plant.damping": numbers["viscous"]}, [
-            *left,
-            "the plant has viscous friction alone",
-        ]
+        return {"plant.damping": numbers["viscous"]}, [*left, "the plant has viscous friction alone"]
     if not hasattr(own, "coulomb"):
-        return {"plant.friction.coefficient": numbers["viscous"]}, [
-            *left,
-            "its friction is viscous alone",
-        ]
+        return {"plant.friction.coefficient": numbers["viscous"]}, [*left, "its friction is viscous alone"]
     names = ["coulomb", "breakaway", "stribeck_velocity"]
     found = {f"{path}.{name}": numbers[name] for name in names if name in numbers}
     held = f"{path}.breakaway"

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.core.formatting import MINUS, quantity
+from hydroservo.core.formatting import plain_quantity
 from hydroservo.identification.maps.result import Interval
 from hydroservo.identification.regression import NORMAL
 
@@ -23,17 +23,11 @@ END = 1.02  # times an end of that range, within which one is at the end
 
 
 class Speeds(NamedTuple):
-    """Friction at each speed, moves that are as fast and go the same way taken together.
+    """Friction at each speed, moves that are as fast and go the same way taken together."""
 
-    Attributes:
-        velocity: [m/s], shape (n,).
-        friction: [N], shape (n,).
-        deviation: of the friction, its standard deviation [N], shape (n,).
-    """
-
-    velocity: Samples
-    friction: Samples
-    deviation: Samples
+    velocity: Samples  # [m/s], shape (n,)
+    friction: Samples  # [N], shape (n,)
+    deviation: Samples  # of the friction, its standard deviation [N], shape (n,)
 
 
 def speeds_of(points: Speeds, alike: float = ALIKE) -> Speeds:
@@ -41,13 +35,9 @@ def speeds_of(points: Speeds, alike: float = ALIKE) -> Speeds:
 
     Repetitions share what makes a machine's friction differ along its stroke, so that their mean is no surer
     than one of them; what they scatter counts besides.
-
-    Args:
-        points: of a move each.
-        alike: times a speed, up to which another is the same.
     """
     rows = []
-    for part in parts_of(points.velocity, alike):
+    for part in alike_points(points.velocity, alike):
         velocity, force, deviation = (row[part] for row in points)
         scatter = float(force.var(ddof=1)) if force.size > 1 else 0.0
         weights = 1.0 / (deviation**2 + max(scatter - float(np.mean(deviation**2)), 0.0))
@@ -57,7 +47,7 @@ def speeds_of(points: Speeds, alike: float = ALIKE) -> Speeds:
     return Speeds(*np.array(rows).T)
 
 
-def parts_of(velocity: Samples, alike: float) -> Iterator[NDArray[np.intp]]:
+def alike_points(velocity: Samples, alike: float) -> Iterator[NDArray[np.intp]]:
     """The numbers of the points that are alike."""
     for sign in (-1.0, 1.0):
         rest = np.flatnonzero(sign * velocity > 0.0)
@@ -68,24 +58,19 @@ def parts_of(velocity: Samples, alike: float) -> Iterator[NDArray[np.intp]]:
             rest = rest[~near]
 
 
-def count_of(velocity: Samples) -> int:
-    """How many speeds there are, whichever way they go."""
-    return len([*parts_of(np.abs(velocity), ALIKE)])
-
-
-def range_of(velocity: Samples) -> float:
+def speed_ratio(velocity: Samples) -> float:
     """How many times the least speed the largest is, of the direction in which that is more."""
     ways = (np.abs(velocity[sign * velocity > 0.0]) for sign in (-1.0, 1.0))
     return max(float(way.max() / way.min()) for way in ways if way.size)
 
 
-def sum_at(points: Speeds) -> Interval | None:
+def friction_sum_at(points: Speeds) -> Interval | None:
     """Coulomb and viscous friction together, at the mean of the speeds: of a law of both, exactly.
 
     None where it is below 0, which is no friction. Of moves one way only a constant force is in it.
     """
     way = speeds_of(points, np.inf)
-    speed = quantity(float(np.abs(way.velocity).mean()), "m/s").replace(MINUS, "-")
+    speed = plain_quantity(float(np.abs(way.velocity).mean()), "m/s")
     middle, half = float((np.sign(way.velocity) * way.friction).mean()), NORMAL * float(way.deviation.mean())
     if way.velocity.size < 2:
         meaning = f"Coulomb and viscous friction and any constant force together at {speed}"
@@ -95,24 +80,19 @@ def sum_at(points: Speeds) -> Interval | None:
 
 
 class FrictionFit(NamedTuple):
-    """A law of friction through points.
+    """A law of friction through points."""
 
-    Attributes:
-        numbers: coulomb, viscous, offset where both directions are there, and breakaway and
-            stribeck_velocity where the fall with speed is seen; none where no such law can be.
-        gaussian: whether the fall with speed is that of LuGre.
-        remarks: what a user should know.
-    """
-
+    # coulomb, viscous, offset where both directions are there, and breakaway and stribeck_velocity where the
+    # fall with speed is seen; none where no such law can be
     numbers: dict[str, Interval]
-    gaussian: bool
-    remarks: list[str]
+    gaussian: bool  # whether the fall with speed is that of LuGre
+    remarks: list[str]  # what a user should know
 
     def at(self, velocity: Samples) -> Samples:
         """Friction [N], with the offset."""
         values = {name: one.value for name, one in self.numbers.items()}
         fall = values.get("breakaway", values["coulomb"]) - values["coulomb"]
-        dry = values["coulomb"] + fall * falling(
+        dry = values["coulomb"] + fall * stribeck_fall(
             velocity, values.get("stribeck_velocity", 1.0), self.gaussian
         )
         offset = values.get("offset", 0.0)
@@ -130,12 +110,6 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
     of error below 1 %, where v_s may be 0 or lies beyond the speeds of the points, or where these are fewer
     than five, whichever way they go.
 
-    Args:
-        velocity: of each point [m/s], shape (n,).
-        friction: [N], shape (n,).
-        deviation: of each, its standard deviation [N], above 0.
-        gaussian: whether the fall is that of LuGre.
-
     Source: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994 (the law); an F test of nested
     models, as in Draper and Smith, Applied Regression Analysis, 1998, ch. 6.
     Fails where friction differs between directions by more than a constant, or depends on load or position.
@@ -150,11 +124,11 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
     plain, left_plain = bounded_fit(design, aim, least)
     names = ["coulomb", "viscous", *(["offset"] if both else [])]
     freedom, fall = velocity.size - len(names) - 2, UNSEEN
-    if freedom > 0 and count_of(velocity) >= FEWEST:
-        falls = fall_found(velocity, design, aim, deviation, gaussian, least)
+    if freedom > 0 and len([*alike_points(np.abs(velocity), ALIKE)]) >= FEWEST:  # whichever way they go
+        falls = fit_fall(velocity, design, aim, deviation, gaussian, least)
         ratio = (left_plain - falls[1]) / 2.0 / max(falls[1] / freedom, 1e-300)
         if falls[0][-2] > 0.0 and fdtrc(2, freedom, ratio) < SIGNIFICANT:
-            law = with_fall(falls, velocity, design, deviation, names, gaussian, remarks)
+            law = law_with_fall(falls, velocity, design, deviation, names, gaussian, remarks)
             if law.numbers["stribeck_velocity"].low > 0.0 and is_inside(falls[0][-1], velocity):
                 return law
             fall = UNSURE
@@ -167,7 +141,7 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
     scaled = max(left_plain / freedom, 1.0)
     covariance: Samples = np.asarray(scaled * np.linalg.inv(design.T @ design), dtype=np.float64)
     numbers = intervals(names, plain, covariance, freedom)
-    return FrictionFit(numbers, gaussian, [*remarks, *ends_of(numbers)])
+    return FrictionFit(numbers, gaussian, [*remarks, *bound_remarks(numbers)])
 
 
 def bounded_fit(design: Samples, aim: Samples, least: Samples) -> tuple[Samples, float]:
@@ -182,21 +156,14 @@ def bounded_fit(design: Samples, aim: Samples, least: Samples) -> tuple[Samples,
 
 
 def is_forbidden(design: Samples, aim: Samples, left: float, freedom: int) -> bool:
-    """Whether the best coefficients are too small by more than chance: a t test, as F(1, n) = t^2.
-
-    Args:
-        design: shape (n, columns).
-        aim: shape (n,).
-        left: the squares that coefficients within their bounds leave.
-        freedom: its degrees.
-    """
+    """Whether the best coefficients are too small by more than chance: a t test, as F(1, n) = t^2."""
     from scipy.special import fdtrc
 
     best = float(np.sum((aim - design @ np.linalg.lstsq(design, aim, rcond=None)[0]) ** 2))
     return bool(fdtrc(1, freedom, (left - best) / max(best / freedom, 1.0)) < POSSIBLE)
 
 
-def ends_of(numbers: Mapping[str, Interval]) -> list[str]:
+def bound_remarks(numbers: Mapping[str, Interval]) -> list[str]:
     """Which numbers are held at 0."""
     return [
         f"{name} is held at 0, its least possible value: another law may fit the points better"
@@ -205,19 +172,14 @@ def ends_of(numbers: Mapping[str, Interval]) -> list[str]:
     ]
 
 
-def falling(velocity: Samples, stribeck_velocity: float, gaussian: bool) -> Samples:
+def stribeck_fall(velocity: Samples, stribeck_velocity: float, gaussian: bool) -> Samples:
     """g(v), 1 at rest and 0 far above the Stribeck velocity."""
     squares: Samples = (velocity / stribeck_velocity) ** 2
     return np.exp(-squares) if gaussian else 1.0 / (1.0 + squares)
 
 
-def fall_found(
-    velocity: Samples,
-    design: Samples,
-    aim: Samples,
-    deviation: Samples,
-    gaussian: bool,
-    least: Samples,
+def fit_fall(
+    velocity: Samples, design: Samples, aim: Samples, deviation: Samples, gaussian: bool, least: Samples
 ) -> tuple[Samples, float]:
     """The coefficients of all columns with the fall's, its Stribeck velocity last; and the squares left."""
     from scipy.optimize import minimize_scalar
@@ -225,7 +187,7 @@ def fall_found(
     speeds = np.abs(velocity)
 
     def solved(logarithm: float) -> tuple[Samples, float]:
-        column = np.sign(velocity) * falling(velocity, float(np.exp(logarithm)), gaussian) / deviation
+        column = np.sign(velocity) * stribeck_fall(velocity, float(np.exp(logarithm)), gaussian) / deviation
         best, left = bounded_fit(np.column_stack([design, column]), aim, np.append(least, 0.0))
         return np.append(best, np.exp(logarithm)), left
 
@@ -245,7 +207,7 @@ def is_inside(stribeck_velocity: float, velocity: Samples) -> bool:
     return bool(SLOWEST * speeds.min() * END < stribeck_velocity < speeds.max() / END)
 
 
-def with_fall(
+def law_with_fall(
     falls: tuple[Samples, float],
     velocity: Samples,
     design: Samples,
@@ -257,8 +219,8 @@ def with_fall(
     """The law with its fall, and intervals from the slopes at the optimum."""
     *values, fall, v_s = falls[0].tolist()
     step = 1e-4 * v_s
-    column = np.sign(velocity) * falling(velocity, v_s, gaussian) / deviation
-    higher, lower = (falling(velocity, v_s + one, gaussian) for one in (step, -step))
+    column = np.sign(velocity) * stribeck_fall(velocity, v_s, gaussian) / deviation
+    higher, lower = (stribeck_fall(velocity, v_s + one, gaussian) for one in (step, -step))
     slope = fall * np.sign(velocity) * (higher - lower) / (2.0 * step) / deviation
     jacobian = np.column_stack([design, column, slope])
     freedom = velocity.size - jacobian.shape[1]
@@ -269,7 +231,7 @@ def with_fall(
     every = [*names, "breakaway", "stribeck_velocity"]
     found = np.array([*values, values[0] + fall, v_s])
     numbers = intervals(every, found, turn @ covariance @ turn.T, freedom)
-    return FrictionFit(numbers, gaussian, [*remarks, *ends_of(numbers)])
+    return FrictionFit(numbers, gaussian, [*remarks, *bound_remarks(numbers)])
 
 
 def intervals(names: list[str], values: Samples, covariance: Samples, freedom: int) -> dict[str, Interval]:

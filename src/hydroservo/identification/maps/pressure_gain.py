@@ -12,24 +12,24 @@ from hydroservo.core.formatting import quantity
 from hydroservo.core.hooks import line_pressures
 from hydroservo.core.signals import Pressures
 from hydroservo.identification.log import COMMAND
-from hydroservo.identification.maps.reading import Piston, demand
-from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
+from hydroservo.identification.maps.piston import Piston, require_signals
+from hydroservo.identification.maps.result import DrawnLine, Interval, MapContents, unchanged_number
 from hydroservo.identification.maps.sweeps import (
     DENSE,
-    Line,
     Pass,
+    SweepLine,
     check_slow,
-    chosen,
+    choose_samples,
+    command_span,
     hysteresis_of,
     lag_of,
     line_through,
     loops_of,
     passes,
-    span_of,
     swept_curve,
 )
-from hydroservo.identification.regression import thinned
-from hydroservo.identification.segments import Segment, Understood
+from hydroservo.identification.regression import thin_out
+from hydroservo.identification.segments import Segment, UnderstoodLog
 from hydroservo.machine.valves.four_edges import FourEdges, blocked_pressure
 
 SHARE = 0.4  # of the largest load pressure, up to which either way the gain is taken
@@ -41,7 +41,7 @@ POINTS = 41  # of a model's curve, from which its gain is taken
 Samples = NDArray[np.float64]
 
 
-def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston | None) -> Found:
+def pressure_gain_map(logs: Sequence[UnderstoodLog], loop: Loop | None, piston: Piston | None) -> MapContents:
     """The pressure gain of a valve with blocked ports, by least squares::
 
         p_L = K_p (u - u_0 -+ h/2)          within 40 % of the largest load pressure, either way
@@ -59,17 +59,17 @@ def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston 
             check_blocked(one, name)
             signal = load_pressure(one, piston)
             if signal is None:
-                demand(log, ("pressure_a",), "the pressure gain")
-                demand(log, ("pressure_b",), "the pressure gain")
+                require_signals(log, ("pressure_a",), "the pressure gain")
+                require_signals(log, ("pressure_b",), "the pressure gain")
                 raise ScenarioError(name, "", "pressure_a and pressure_b must be in the same stretch")
-            period, rows = thinned(one.period, {COMMAND: one.inputs[COMMAND], "p_L": signal}, DENSE)
+            period, rows = thin_out(one.period, {COMMAND: one.inputs[COMMAND], "p_L": signal}, DENSE)
             sweeps += passes(period, rows[COMMAND], rows["p_L"])
     name = logs[0].log.name
-    span = span_of(sweeps, name)
-    most = largest_of(sweeps, loop, name)
-    line = line_of(sweeps, SHARE * most, name)
+    span = command_span(sweeps, name)
+    most = largest_load_pressure(sweeps, loop, name)
+    line = gain_line(sweeps, SHARE * most, name)
     null, (slope, half) = line.null(), line.slope()
-    values, left = ({}, []) if loop is None else values_of(slope, half, loop)
+    values, left = ({}, []) if loop is None else edge_values(slope, half, loop)
     loops = loops_of([line], lag_of(loop) + oil_lag(values, loop, piston))
     remarks = [*check_slow(loops, WIDEST, span, name)]
     hysteresis, unknown = hysteresis_of(loops)
@@ -83,16 +83,16 @@ def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston 
     }
     reach = SHARE * most / slope
     ends = null[0] + reach * np.array([-1.0, 1.0])
-    drawn = Drawn("line", ends, SHARE * most * np.array([-1.0, 1.0]))
+    drawn = DrawnLine("line", ends, SHARE * most * np.array([-1.0, 1.0]))
     curve = swept_curve(sweeps, "load_pressure", "Pa", "load pressure p_A - p_B")
-    return Found(curve, numbers, [drawn], values, [*remarks, *left], unknown)
+    return MapContents(curve, numbers, [drawn], values, [*remarks, *left], unknown)
 
 
 def check_blocked(one: Segment, name: str) -> None:
     """Refuse a log in which the piston moves."""
     rows = {key: one.measured[key] for key in ("velocity", "position") if key in one.measured}
     if rows:
-        period, few = thinned(one.period, rows, FEW)  # means, for a position's slope is noisy
+        period, few = thin_out(one.period, rows, FEW)  # means, for a position's slope is noisy
         speeds = few["velocity"] if "velocity" in few else np.gradient(few["position"], period)
         moved = float(np.nanmedian(np.abs(speeds)))
         if moved > MOVED:
@@ -110,7 +110,7 @@ def load_pressure(one: Segment, piston: Piston | None) -> Samples | None:
     return None
 
 
-def largest_of(sweeps: Sequence[Pass], loop: Loop | None, name: str) -> float:
+def largest_load_pressure(sweeps: Sequence[Pass], loop: Loop | None, name: str) -> float:
     """The largest load pressure: the supply's drop, or that of the sweep without a scenario [Pa]."""
     seen = float(np.quantile(np.abs(np.concatenate([one.answer for one in sweeps])), 0.99))
     if loop is None:
@@ -126,13 +126,13 @@ def largest_of(sweeps: Sequence[Pass], loop: Loop | None, name: str) -> float:
     return drop
 
 
-def line_of(sweeps: Sequence[Pass], reach: float, name: str) -> Line:
+def gain_line(sweeps: Sequence[Pass], reach: float, name: str) -> SweepLine:
     """The line through samples within ``reach`` [Pa], 40 % of the largest load pressure."""
-    found = line_through(chosen(sweeps, -reach, reach))
+    found = line_through(choose_samples(sweeps, -reach, reach))
     if found is not None:
         return found
     mirrored = [one._replace(answer=-one.answer) for one in sweeps]
-    if line_through(chosen(mirrored, -reach, reach)) is not None:
+    if line_through(choose_samples(mirrored, -reach, reach)) is not None:
         problem = "p_A - p_B falls as the command rises: pressure_a and pressure_b are swapped, or command is"
         raise ScenarioError(name, "", f"{problem} reversed")
     problem = (
@@ -142,7 +142,7 @@ def line_of(sweeps: Sequence[Pass], reach: float, name: str) -> Line:
     raise ScenarioError(name, "", problem)
 
 
-def values_of(slope: float, half: float, loop: Loop) -> tuple[dict[str, Interval], list[str]]:
+def edge_values(slope: float, half: float, loop: Loop) -> tuple[dict[str, Interval], list[str]]:
     """The clearance of the scenario's edges that has the gain, and what has no place in the scenario."""
     valve: Any = loop.valve
     edges: Any = getattr(valve, "orifice", None)
@@ -158,7 +158,7 @@ def values_of(slope: float, half: float, loop: Loop) -> tuple[dict[str, Interval
     best, low, high = (float(one or 0.0) for one in found)
     meaning = "opening of an edge that is just closed"
     values = {"valve.orifice.clearance": Interval(best, low, high, "m", meaning)}
-    values["valve.orifice.area_gradient"] = kept(edges.area_gradient)
+    values["valve.orifice.area_gradient"] = unchanged_number(edges.area_gradient)
     return values, left
 
 
@@ -180,13 +180,7 @@ def oil_lag(values: Mapping[str, Interval], loop: Loop | None, piston: Piston | 
 
 
 def clearance_of(edges: FourEdges, gain: float, line: Pressures) -> float | None:
-    """The clearance with which blocked ports have a pressure gain [m]; None if none does.
-
-    Args:
-        edges: of any clearance.
-        gain: per opening [Pa/m].
-        line: the pressures of the supply.
-    """
+    """The clearance with which blocked ports have a pressure gain [m]; None if none does."""
     from scipy.optimize import brentq
 
     def beyond(clearance: float) -> float:
@@ -199,7 +193,7 @@ def clearance_of(edges: FourEdges, gain: float, line: Pressures) -> float | None
 
 
 def gain_per_opening(edges: FourEdges, line: Pressures) -> float:
-    """The slope of the load pressure over the opening, as :func:`pressure_gain` takes it of a log [Pa/m]."""
+    """The slope of the load pressure over the opening, as :func:`pressure_gain_map` takes it [Pa/m]."""
     from scipy.optimize import brentq
 
     drop = line.supply - line.tank

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.control.loop import Loop
-from hydroservo.core.formatting import MINUS, quantity
+from hydroservo.core.formatting import plain_quantity
 from hydroservo.identification.maps.finding import map_finding
-from hydroservo.identification.result import on_base
+from hydroservo.identification.result import scenario_on_base
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 
@@ -46,11 +46,11 @@ class Interval(NamedTuple):
         return self._replace(value=max(self.value, 0.0), low=max(self.low, 0.0), high=max(self.high, 0.0))
 
     def __repr__(self) -> str:
-        value, low, high = (quantity(one, self.unit).replace(MINUS, "-") for one in self[:3])
+        value, low, high = (plain_quantity(one, self.unit) for one in self[:3])
         return f"{value} ({low} ... {high})"
 
 
-class Drawn(NamedTuple):
+class DrawnLine(NamedTuple):
     """Lines that a picture shows beside the curve.
 
     Attributes:
@@ -64,24 +64,17 @@ class Drawn(NamedTuple):
     y: Any
 
 
-class Found(NamedTuple):
-    """What one kind of map finds in logs.
+class MapContents(NamedTuple):
+    """What one kind of map finds in logs."""
 
-    Attributes:
-        curve: the points of the map along ``point``; the first variable over which the second is drawn.
-        numbers: by name.
-        lines: that are fitted to the curve.
-        values: of the scenario's numbers, by their paths; all are written where one is.
-        remarks: what a user should know, in a line each.
-        undetermined: numbers that it cannot give, and why.
-    """
-
+    # the points of the map along ``point``; the first variable over which the second is drawn
     curve: "xr.Dataset"
-    numbers: Mapping[str, Interval]
-    lines: Sequence[Drawn] = ()
+    numbers: Mapping[str, Interval]  # by name
+    lines: Sequence[DrawnLine] = ()  # that are fitted to the curve
+    # of the scenario's numbers, by their paths; all are written where one is
     values: Mapping[str, Interval] = {}
-    remarks: Sequence[str] = ()
-    undetermined: Mapping[str, str] = {}
+    remarks: Sequence[str] = ()  # what a user should know, in a line each
+    undetermined: Mapping[str, str] = {}  # numbers that it cannot give, and why
 
 
 class StaticMap(NamedTuple):
@@ -105,7 +98,7 @@ class StaticMap(NamedTuple):
     logs: Sequence[str]
     curve: "xr.Dataset"
     numbers: Mapping[str, Interval]
-    lines: Sequence[Drawn]
+    lines: Sequence[DrawnLine]
     remarks: Sequence[str]
     tables: Mapping[str, Any]
     undetermined: Mapping[str, str] = {}
@@ -117,7 +110,7 @@ class StaticMap(NamedTuple):
         Args:
             folder: where its file will stand, from which a scenario in a file is found again.
         """
-        return on_base(self.scenario, self.tables, folder, f"map {self.kind} {', '.join(self.logs)}")
+        return scenario_on_base(self.scenario, self.tables, folder, f"map {self.kind} {', '.join(self.logs)}")
 
     def __repr__(self) -> str:
         numbers = [f"{name} = {one!r}" for name, one in self.numbers.items()]
@@ -132,18 +125,13 @@ class StaticMap(NamedTuple):
         return html_of(self.finding())
 
 
-def kept(value: float) -> Interval:
+def unchanged_number(value: float) -> Interval:
     """A number of a scenario that stays as it is, so that others that a constructor takes change alone."""
     return Interval(value, value, value, "", "")
 
 
 def curve_of(columns: Mapping[str, Any], about: Mapping[str, tuple[str, str]]) -> "xr.Dataset":
-    """The points of a map as a dataset along ``point``.
-
-    Args:
-        columns: shape (points,), by name.
-        about: the SI unit and the meaning of each.
-    """
+    """The points of a map as a dataset along ``point``."""
     import xarray as xr
 
     return xr.Dataset(

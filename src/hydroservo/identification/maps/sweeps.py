@@ -11,9 +11,9 @@ from hydroservo.audits.facts import LoopFacts
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import replace
 from hydroservo.core.errors import ScenarioError
-from hydroservo.core.formatting import MINUS, quantity
+from hydroservo.core.formatting import plain_quantity, quantity
 from hydroservo.identification.maps.result import Interval, curve_of
-from hydroservo.identification.regression import Regression, mean_of, regression
+from hydroservo.identification.regression import Regression, mean_with_interval, regression
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,19 +36,12 @@ VARIED = 0.1  # of the mean rate, by which rates deviate where they tell a lag
 
 
 class Pass(NamedTuple):
-    """A stretch in which the command goes one way.
+    """A stretch in which the command goes one way."""
 
-    Attributes:
-        rising: whether it rises.
-        rate: the size of the command's rate [V/s], shape (n,).
-        command: [V], shape (n,).
-        answer: what was measured, shape (n,).
-    """
-
-    rising: bool
-    rate: Samples
-    command: Samples
-    answer: Samples
+    rising: bool  # whether it rises
+    rate: Samples  # the size of the command's rate [V/s], shape (n,)
+    command: Samples  # [V], shape (n,)
+    answer: Samples  # what was measured, shape (n,)
 
 
 def passes(period: float, command: Samples, answer: Samples) -> Iterator[Pass]:
@@ -57,15 +50,12 @@ def passes(period: float, command: Samples, answer: Samples) -> Iterator[Pass]:
     Until the command has gone a tenth of its span from a turn, or from its first sample, a valve with play
     may not follow yet: these samples are left out.
 
-    Args:
-        period: between samples [s].
-        command: [V], shape (n,); it may be noisy, or rise in steps.
-        answer: shape (n,); nan where nothing was measured.
+    The command [V] may be noisy, or rise in steps; the answer is nan where nothing was measured.
     """
     span = float(np.ptp(command))
     least = LEAST * span
     parts = [slice(first, last + 1) for first, last in pairwise(turns(command, least))]
-    rates = [rate_of(command[part], period) for part in parts]
+    rates = [pass_rate(command[part], period) for part in parts]
     slowest = RESTS * max((float(rate.max()) for rate in rates), default=0.0)
     for part, rate in zip(parts, rates, strict=True):
         follows = np.abs(command[part] - command[part][0]) > PLAY * span
@@ -91,7 +81,7 @@ def turns(command: Samples, least: float) -> list[int]:
     return [*found, len(values) - 1] if values else []
 
 
-def rate_of(command: Samples, period: float) -> Samples:
+def pass_rate(command: Samples, period: float) -> Samples:
     """The size of a pass's rate [V/s], of means over a fiftieth of it; 0 where it goes the other way."""
     width = max(command.size // WINDOWS, 1)
     if command.size < 2 * width + 2:
@@ -102,7 +92,7 @@ def rate_of(command: Samples, period: float) -> Samples:
     return np.asarray(np.maximum(way * np.gradient(smooth, period), 0.0))
 
 
-def span_of(sweeps: Sequence[Pass], name: str) -> float:
+def command_span(sweeps: Sequence[Pass], name: str) -> float:
     """How far the command goes [V]."""
     ways = {one.rising for one in sweeps}
     if ways != {True, False}:
@@ -113,7 +103,7 @@ def span_of(sweeps: Sequence[Pass], name: str) -> float:
     return float(np.ptp(every))
 
 
-def chosen(sweeps: Sequence[Pass], low: float, high: float) -> list[Pass]:
+def choose_samples(sweeps: Sequence[Pass], low: float, high: float) -> list[Pass]:
     """The samples at commands between which the mean answer rises from one value to another.
 
     Samples chosen by their own answer would be those whose noise suits the choice, and bias a line. A pass
@@ -174,20 +164,15 @@ def at_middle(inside: Sequence[tuple[Samples, Samples]], middle: float) -> tuple
     """The mean answer at a command, with its scatter and half its interval."""
     u, y = (np.concatenate(rows) for rows in zip(*inside, strict=True))
     slope = float(np.polyfit(u - middle, y, 1)[0]) if np.ptp(u) > 0.0 else 0.0
-    return mean_of([answer - slope * (command - middle) for command, answer in inside])
+    return mean_with_interval([answer - slope * (command - middle) for command, answer in inside])
 
 
-class Line(NamedTuple):
-    """``y = k (u - u_0 -+ h/2 -+ T r)``: the upper signs as the command rises, r the size of its rate.
+class SweepLine(NamedTuple):
+    """``y = k (u - u_0 -+ h/2 -+ T r)``: the upper signs as the command rises, r the size of its rate."""
 
-    Attributes:
-        found: the regression on u, a constant for each direction, and the signed rate less its mean where
-            rates differ.
-        rate: the mean size of the command's rate [V/s].
-    """
-
+    # the regression on u, a constant for each direction, and the signed rate less its mean where rates differ
     found: Regression
-    rate: float
+    rate: float  # the mean size of the command's rate [V/s]
 
     @property
     def tells_lag(self) -> bool:
@@ -225,7 +210,7 @@ class Line(NamedTuple):
         return self.found.ratio(above, self.weights(1.0, 0.0, 0.0))
 
 
-def line_through(sweeps: Sequence[Pass]) -> Line | None:
+def line_through(sweeps: Sequence[Pass]) -> SweepLine | None:
     """The line of samples of both directions; None where they are too few, or none rises."""
     counts = [sum(one.command.size for one in sweeps if one.rising == way) for way in (True, False)]
     if min(counts) < FEWEST:
@@ -240,28 +225,19 @@ def line_through(sweeps: Sequence[Pass]) -> Line | None:
         columns = [one.command, *np.outer(ways, np.ones(one.command.size)), *([faster] if varied else [])]
         parts.append((np.stack(columns, axis=1), one.answer))
     found = regression(parts)
-    line = None if found is None else Line(found, mean)
+    line = None if found is None else SweepLine(found, mean)
     return line if line is not None and line.slope()[0] > line.slope()[1] else None
 
 
 class Loops(NamedTuple):
-    """The loop between both directions of a sweep, in the mean of its lines.
+    """The loop between both directions of a sweep, in the mean of its lines."""
 
-    Attributes:
-        apart: its width, and half the interval [V].
-        rate: the mean size of the command's rate [V/s].
-        lag: by which the answer is behind the command [s].
-        hysteresis: what is left of the width without the lag, and half the interval [V].
-        measured: whether the lag is that of the log, and not that of the scenario.
-        one_rate: whether the log cannot tell a lag.
-    """
-
-    apart: tuple[float, float]
-    rate: float
-    lag: float
-    hysteresis: tuple[float, float]
-    measured: bool
-    one_rate: bool
+    apart: tuple[float, float]  # its width, and half the interval [V]
+    rate: float  # the mean size of the command's rate [V/s]
+    lag: float  # by which the answer is behind the command [s]
+    hysteresis: tuple[float, float]  # what is left of the width without the lag, and half the interval [V]
+    measured: bool  # whether the lag is that of the log, and not that of the scenario
+    one_rate: bool  # whether the log cannot tell a lag
 
     @property
     def made(self) -> float:
@@ -269,13 +245,10 @@ class Loops(NamedTuple):
         return 2.0 * self.lag * self.rate
 
 
-def loops_of(lines: Sequence[Line], known: float, static: bool = True) -> Loops:
+def loops_of(lines: Sequence[SweepLine], known: float, static: bool = True) -> Loops:
     """The loop, with the lag of the log where its rates tell it better than the scenario does.
 
-    Args:
-        lines: of each direction of flow.
-        known: lag by the scenario [s].
-        static: whether nothing but a lag and a hysteresis lays directions apart.
+    It is static where nothing but a lag and a hysteresis lays directions apart.
     """
     apart, rate = mean_interval(line.apart() for line in lines), float(np.mean([line.rate for line in lines]))
     varied = all(line.tells_lag for line in lines)
@@ -353,4 +326,4 @@ def check_slow(loops: Loops, widest: float, span: float, name: str) -> Iterator[
 
 def shown_in_volts(*values: float) -> list[str]:
     """Numbers with their unit."""
-    return [quantity(one, "V").replace(MINUS, "-") for one in values]
+    return [plain_quantity(one, "V") for one in values]

@@ -12,25 +12,25 @@ from hydroservo.core.formatting import quantity
 from hydroservo.core.hooks import line_pressures
 from hydroservo.core.signals import Pressures
 from hydroservo.identification.log import COMMAND
-from hydroservo.identification.maps.reading import Piston, demand, velocity_of
-from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
+from hydroservo.identification.maps.piston import Piston, require_signals, stretch_velocity
+from hydroservo.identification.maps.result import DrawnLine, Interval, MapContents, unchanged_number
 from hydroservo.identification.maps.sweeps import (
-    Line,
     Pass,
+    SweepLine,
     check_slow,
-    chosen,
+    choose_samples,
+    command_span,
     hysteresis_of,
     lag_of,
     line_through,
     loops_of,
     mean_answer,
     passes,
-    span_of,
     swept_curve,
     too_fast,
 )
-from hydroservo.identification.regression import thinned
-from hydroservo.identification.segments import Segment, Understood
+from hydroservo.identification.regression import thin_out
+from hydroservo.identification.segments import Segment, UnderstoodLog
 
 LINEAR = (0.15, 0.85)  # of the largest flow, between which the curve is taken for a line
 LEAST_DROP = 0.05  # of half the supply's, below which none is divided by
@@ -44,18 +44,13 @@ Samples = NDArray[np.float64]
 
 
 class Side(NamedTuple):
-    """The line of one direction of flow.
+    """The line of one direction of flow."""
 
-    Attributes:
-        line: the regression.
-        largest: flow [m^3/s].
-    """
-
-    line: Line
-    largest: float
+    line: SweepLine  # the regression
+    largest: float  # flow [m^3/s]
 
 
-def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
+def valve_flow_map(logs: Sequence[UnderstoodLog], loop: Loop, piston: Piston) -> MapContents:
     """The flow curve of a valve without load::
 
         Q = k+ (u - u+ -+ h/2) above u+,   k- (u - u- -+ h/2) below u-,   0 between
@@ -72,17 +67,17 @@ def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
     sweeps: list[Pass] = []
     normalised = True
     for log in logs:
-        demand(log, ("velocity", "position"), "a flow curve")
+        require_signals(log, ("velocity", "position"), "a flow curve")
         for one in log.segments:
-            period, rows = thinned(one.period, rows_of(one, piston))
+            period, rows = thin_out(one.period, flow_signals(one, piston))
             normalised &= "drop" in drops(rows, line, piston)
             flow = at_no_load(rows, line, piston, period)
             sweeps += passes(period, rows[COMMAND], flow)
     name = logs[0].log.name
-    span = span_of(sweeps, name)
+    span = command_span(sweeps, name)
     sides = {sign: side_of(sweeps, sign, name) for sign in (1.0, -1.0)}
     loops = loops_of([side.line for side in sides.values()], lag_of(loop), static=normalised)
-    remarks = [*check_slow(loops, WIDEST, span, name), *said_of(sides, normalised)]
+    remarks = [*check_slow(loops, WIDEST, span, name), *flow_remarks(sides, normalised)]
     hysteresis, unknown = hysteresis_of(loops)
     numbers = gains_of(sides, "" if normalised else ", at the load that it met") | hysteresis
     fast = too_fast(loops, WIDEST, span)
@@ -91,13 +86,13 @@ def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
         edges, crossed = {}, dict.fromkeys(DEAD_BAND, fast)
     numbers |= edges
     curve = swept_curve(sweeps, "flow", "m^3/s", "flow at port A without load")
-    values, left = values_of(numbers, loop, line, normalised)
-    return Found(curve, numbers, [*lines_of(sides)], values, [*remarks, *left], unknown | crossed)
+    values, left = valve_values(numbers, loop, line, normalised)
+    return MapContents(curve, numbers, [*flow_lines(sides)], values, [*remarks, *left], unknown | crossed)
 
 
-def rows_of(one: Segment, piston: Piston) -> dict[str, Samples]:
+def flow_signals(one: Segment, piston: Piston) -> dict[str, Samples]:
     """Signals that count, with nan where the piston is at an end of its stroke."""
-    velocity = velocity_of(one)
+    velocity = stretch_velocity(one)
     stroke = getattr(piston.plant, "stroke", np.inf)
     if "position" in one.measured:
         x = one.measured["position"]
@@ -156,7 +151,7 @@ def side_of(sweeps: Sequence[Pass], sign: float, name: str) -> Side:
     largest = float((sign * means).max())
     found = None
     if largest > 0.05 * float(np.abs(means).max()):
-        on_line = chosen(sweeps, *sorted(sign * share * largest for share in LINEAR))
+        on_line = choose_samples(sweeps, *sorted(sign * share * largest for share in LINEAR))
         found = line_through(on_line)
     if found is None:
         way = "positive" if sign > 0.0 else "negative"
@@ -193,7 +188,7 @@ def dead_band_of(sides: Mapping[float, Side]) -> tuple[dict[str, Interval], dict
     }, {}
 
 
-def lines_of(sides: Mapping[float, Side]) -> Iterator[Drawn]:
+def flow_lines(sides: Mapping[float, Side]) -> Iterator[DrawnLine]:
     """The lines, in the mean of both directions of the command."""
     x, y = [], []
     for sign, side in sides.items():
@@ -201,10 +196,10 @@ def lines_of(sides: Mapping[float, Side]) -> Iterator[Drawn]:
         end = edge + sign * side.largest / gain
         x += [edge, end, np.nan]
         y += [0.0, sign * side.largest, np.nan]
-    yield Drawn("lines", np.array(x), np.array(y))
+    yield DrawnLine("lines", np.array(x), np.array(y))
 
 
-def said_of(sides: Mapping[float, Side], normalised: bool) -> Iterator[str]:
+def flow_remarks(sides: Mapping[float, Side], normalised: bool) -> Iterator[str]:
     """What there is to say of the lines."""
     if not normalised:
         yield (
@@ -218,7 +213,7 @@ def said_of(sides: Mapping[float, Side], normalised: bool) -> Iterator[str]:
             yield f"{way} flow lies {share:.2g} % of its largest beside its line: it bends or swings"
 
 
-def values_of(
+def valve_values(
     numbers: Mapping[str, Interval], loop: Loop, line: Pressures, normalised: bool
 ) -> tuple[dict[str, Interval], list[str]]:
     """The numbers of the scenario's valve, and what has no place in it."""
@@ -227,17 +222,20 @@ def values_of(
     if not hasattr(orifice, "area_gradient") or not hasattr(valve, "gain"):
         return {}, [f"{type(valve).__name__} has no gain and area gradient that would be written"]
     left = ["null_offset has no place in a scenario"] if "null_offset" in numbers else []
-    found = {"valve.orifice.area_gradient": kept(orifice.area_gradient)}
+    found = {"valve.orifice.area_gradient": unchanged_number(orifice.area_gradient)}
     if normalised:
         gain = mean_gain(numbers)
         opening = 0.5 * valve.max_opening
-        per_opening = slope_of(orifice._replace(area_gradient=1.0), opening, line.supply - line.tank)
+        per_opening = flow_per_opening(orifice._replace(area_gradient=1.0), opening, line.supply - line.tank)
         found["valve.orifice.area_gradient"] = gain.times(1.0 / (valve.gain * per_opening), "m")
     if hasattr(orifice, "lap") and "dead_band" in numbers:
         overlap = numbers["dead_band"].times(0.5 * valve.gain, "m")
-        value, low, high = (one - mean_extra(orifice) for one in overlap[:3])
+        extra = getattr(orifice, "extra_lap_pa", 0.0) + getattr(
+            orifice, "extra_lap_at", 0.0
+        )  # port A's, stays
+        value, low, high = (end - 0.5 * float(extra) for end in overlap[:3])
         found["valve.orifice.lap"] = Interval(value, low, high, overlap.unit, overlap.meaning)
-        found["valve.orifice.clearance"] = kept(orifice.clearance)
+        found["valve.orifice.clearance"] = unchanged_number(orifice.clearance)
     if hasattr(valve, "hysteresis") and "hysteresis" in numbers:
         found["valve.hysteresis"] = numbers["hysteresis"].times(valve.gain, "m")
     return found, left
@@ -252,12 +250,7 @@ def mean_gain(numbers: Mapping[str, Interval]) -> Interval:
     return Interval.around(mean, half, gains[0].unit, "area of an edge per opening, the mean of both ways")
 
 
-def slope_of(edges: Any, opening: float, drop: float) -> float:
+def flow_per_opening(edges: Any, opening: float, drop: float) -> float:
     """Flow per opening, around one that is open by far [m^2/s]."""
     high, low = (edges.flow(factor * opening, drop, 0.0) for factor in (1.05, 0.95))
     return float((high - low) / (0.1 * opening))
-
-
-def mean_extra(orifice: Any) -> float:
-    """The mean extra lap of port A's edges, which stays as it is [m]."""
-    return 0.5 * float(getattr(orifice, "extra_lap_pa", 0.0) + getattr(orifice, "extra_lap_at", 0.0))

@@ -8,10 +8,10 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from hydroservo.audits.chatter import Chatter, chatter
-from hydroservo.audits.describing import limit_of
+from hydroservo.audits.describing import command_limit
 from hydroservo.audits.facts import facts_of
 from hydroservo.audits.finding import audit_finding
-from hydroservo.audits.sustained import OSCILLATION, Sustained, sustained
+from hydroservo.audits.oscillation import OSCILLATION, SustainedOscillation, sustained_oscillation
 from hydroservo.control.controllers.saturation import Saturation
 from hydroservo.control.loop import Loop
 from hydroservo.control.monitors import ChamberPressures, SupplyLine
@@ -52,9 +52,7 @@ def strain_monitors(loop: Loop) -> list[Block]:
 def strain(loop: Loop, run: Any) -> Strain | None:
     """The extremes of a run; None where it diverged.
 
-    Args:
-        loop: the loop.
-        run: of it, with the command recorded and the metrics of :func:`strain_monitors`.
+    The run has the command recorded, and the metrics of :func:`strain_monitors`.
 
     Fails to see the supply of a drive that has a pump for itself: what it has then is nan.
     """
@@ -65,11 +63,11 @@ def strain(loop: Loop, run: Any) -> Strain | None:
         for name in ("pressure_min", "low_pressure_time", "pressure_max", "supply_pressure_max")
     )
     own_pump = is_valveless(loop.drive) or any(isinstance(one, LoadSensing) for one in drives_in(loop.drive))
-    limited = np.abs(run["controller.u"].to_numpy()) >= AT_LIMIT * limit_of(loop.controller)
+    limited = np.abs(run["controller.u"].to_numpy()) >= AT_LIMIT * command_limit(loop.controller)
     return Strain(low, below, high, math.nan if own_pump else supply, float(np.mean(limited)))
 
 
-class Asked(NamedTuple):
+class BlockAssumptions(NamedTuple):
     """A block of a law, and what it supposes.
 
     Attributes:
@@ -83,21 +81,15 @@ class Asked(NamedTuple):
     assumptions: tuple[Assumption, ...] | None
 
 
-def asked(law: Block, facts: Facts, path: str = "controller") -> Iterator[Asked]:
-    """What a law supposes, and each block in it, the outermost first.
-
-    Args:
-        law: the law, designed.
-        facts: of its loop.
-        path: of the law in the loop.
-    """
+def assumptions_in(law: Block, facts: Facts, path: str = "controller") -> Iterator[BlockAssumptions]:
+    """What a law supposes, and each block in it, the outermost first."""
     own = tuple(law.assumptions(facts)) if hasattr(law, "assumptions") else None
     if own is not None or hasattr(law, "step"):
-        yield Asked(path, type(law).__name__, own)
+        yield BlockAssumptions(path, type(law).__name__, own)
     inner = law.within(facts) if hasattr(law, "within") else facts
     for name, value in law._asdict().items():
         if is_block(value) and not isinstance(value, DesignModel | Saturation):
-            yield from asked(value, inner, f"{path}.{name}")
+            yield from assumptions_in(value, inner, f"{path}.{name}")
 
 
 @dataclass(frozen=True)
@@ -114,11 +106,11 @@ class Audit:
         loop: that was asked about.
     """
 
-    asked: tuple[Asked, ...]
+    asked: tuple[BlockAssumptions, ...]
     lost: bool
     chatter: Chatter | None
     no_forecast: str
-    oscillation: Sustained | None = None
+    oscillation: SustainedOscillation | None = None
     strain: Strain | None = None
     loop: Loop | None = None
 
@@ -149,7 +141,7 @@ def audit(loop: Loop, *, time: float | None = None) -> Audit:
     and more. Each has a margin, the factor by which it holds. Disturbances, their rates and the command are
     the largest of one run of the loop; all else is of its numbers. An oscillation that the run keeps to its
     end is measured on it, and what it dies out without is sought by
-    :func:`~hydroservo.audits.sustained`. Chatter is foretold by
+    :func:`~hydroservo.audits.oscillation`. Chatter is foretold by
     :func:`~hydroservo.audits.chatter`, from no run.
 
     Args:
@@ -171,11 +163,11 @@ def audit(loop: Loop, *, time: float | None = None) -> Audit:
     except ParameterError as error:
         reason = str(error)
     return Audit(
-        tuple(asked(facts.loop.controller, facts)),
+        tuple(assumptions_in(facts.loop.controller, facts)),
         bool(data["diverged"]),
         found,
         reason,
-        sustained(loop, data),
+        sustained_oscillation(loop, data),
         strain(loop, data),
         loop,
     )

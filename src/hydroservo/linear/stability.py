@@ -1,7 +1,7 @@
-"""Bounds on the stability of loops, which a search of their gains keeps."""
+"""How far loops are from oscillating, and the bounds on that which a search of their gains keeps."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -12,12 +12,14 @@ from hydroservo.control.monitors import Oscillation
 from hydroservo.core.block import replace
 from hydroservo.core.field import Field
 from hydroservo.core.formatting import NONE, number, quantity
-from hydroservo.linear.margins import UNTOLD
-from hydroservo.linear.onset import LARGE, amplified, first_of, longer
-from hydroservo.linear.places import Place, Reserve, places_of
-from hydroservo.linear.reading import READ, read_as
+from hydroservo.linear.margins import MARGIN_LABELS, NO_SLOPE_ERRORS, formatted_margin, margin_in
+from hydroservo.linear.moving_margins import MarginPoint, Reserve, margin_points
+from hydroservo.linear.onset import LARGE, first_lasting_swing, with_amplified_command, with_longer_run
+from hydroservo.linear.view import known_onset, loop_view
 from hydroservo.runs.batch import simulate_batch, with_steps
 from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import simulate
+from hydroservo.show import Cell, Column, Table
 
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]
@@ -41,20 +43,17 @@ class Bounds(NamedTuple):
 class LoopGuard:
     """Holds candidates against bounds, on the loops of a search and on those of its uncertainty.
 
-    The margins are those at the loops' places, :func:`~hydroservo.linear.places.places_of`. The loops also
-    run, 5 s longer than their own time, at their gain and at the bound on it: none may oscillate. Where no
-    loop has a slope, as of a sliding law, they run at their own gain alone.
-
-    Args:
-        bounds: what they are.
-        loops: by name.
-        threads: how many to use.
+    The margins are those at the loops' :func:`~hydroservo.linear.moving_margins.margin_points`. The loops
+    also run, 5 s longer than their own time, at their gain and at the bound on it: none may oscillate. Where
+    no loop has a slope, as of a sliding law, they run at their own gain alone.
     """
 
     def __init__(self, bounds: Bounds, loops: Mapping[str, Loop], threads: int | None) -> None:
         self.bounds, self.loops, self.threads = bounds, loops, threads
-        self.places = {name: places_of(loop) for name, loop in loops.items()}
-        self.longer = {name: with_steps(longer(loop), loop, strict=False)[0] for name, loop in loops.items()}
+        self.places = {name: margin_points(loop) for name, loop in loops.items()}
+        self.longer = {
+            name: with_steps(with_longer_run(loop), loop, strict=False)[0] for name, loop in loops.items()
+        }
         sloped = any(self.places.values())
         self.gains = np.array([1.0, math.sqrt(bounds.gain_margin), bounds.gain_margin] if sloped else [1.0])
 
@@ -65,9 +64,10 @@ class LoopGuard:
         """
         count = next(iter(candidates.values())).size
         found = np.zeros(count)
+        places = [place for own_places in self.places.values() for place in own_places]
         for k in range(count):
             own = {path: float(values[k]) for path, values in candidates.items()}
-            beyond = (self.beyond(reserve_with(place, own)) for place in self.every_place())
+            beyond = (self.beyond(reserve_with(place, own)) for place in places)
             first = next((excess for excess in beyond if excess > 0.0), 0.0)
             found[k] = LINEAR + first if first else 0.0
         due = np.flatnonzero(found == 0.0)
@@ -75,10 +75,6 @@ class LoopGuard:
             some = {path: values[due] for path, values in candidates.items()}
             found[due] = np.max([self.swings(name, some, self.gains) for name in self.loops], axis=0)
         return found
-
-    def every_place(self) -> Iterator[Place]:
-        for places in self.places.values():
-            yield from places
 
     def beyond(self, reserve: Reserve) -> float:
         """By how much, as a logarithm, a reserve is beyond the bounds."""
@@ -106,10 +102,13 @@ class LoopGuard:
         It is 0 for none, nan where it cannot be told, and infinite where the run diverged.
         """
         count = max((values.size for values in candidates.values()), default=1)
-        columns = {inside(path): np.repeat(values, gains.size) for path, values in candidates.items()}
+        columns = {
+            f"controller.{path}" if path.startswith("controller.") else path: np.repeat(values, gains.size)
+            for path, values in candidates.items()
+        }
         tiled = np.tile(gains, count)
         columns |= {"controller.extend_gain": tiled, "controller.retract_gain": tiled}
-        loop = amplified(self.longer[name])
+        loop = with_amplified_command(self.longer[name])
         data = quietly(simulate_batch)(loop, columns, metrics=[Oscillation()], threads=self.threads)
         amplitude = np.where(data["diverged"].values, math.inf, data["oscillation_command"].values)
         return np.asarray(amplitude.reshape(count, gains.size))
@@ -127,7 +126,7 @@ class LoopGuard:
 
     def linear_problems(self, loop: Loop) -> Iterator[str]:
         """What is beyond the bounds of a loop's margins, each where it is worst."""
-        places = {place.point.command: place.margins for place in places_of(loop)}
+        places = {place.point.command: place.margins for place in margin_points(loop)}
         unstable = [number(command) for command, margins in places.items() if not margins.stable]
         if unstable:
             yield f"small motions are unstable under {', '.join(unstable)} V"
@@ -141,8 +140,11 @@ class LoopGuard:
             values = {command: getattr(margins, label) for command, margins in places.items()}
             command = min(values, key=lambda one: sign * values[one], default=0.0)
             if places and sign * values[command] < sign * least:
-                shown, bound = read_as(values[command], unit, NONE), read_as(least, unit, NONE)
-                yield f"{READ[label][0]} {shown} under {number(command)} V, {side} {bound}"
+                shown, bound = (
+                    formatted_margin(values[command], unit, NONE),
+                    formatted_margin(least, unit, NONE),
+                )
+                yield f"{MARGIN_LABELS[label][0]} {shown} under {number(command)} V, {side} {bound}"
 
     def run_problems(self, name: str, parameters: Mapping[str, float]) -> Iterator[str]:
         """What a loop's runs show."""
@@ -155,24 +157,87 @@ class LoopGuard:
             yield f"oscillates as it stands, {quantity(amplitude[0], 'V')} in the command"
             return
         large = np.where(np.nan_to_num(amplitude) >= LARGE, amplitude, 0.0)
-        onset = first_of(gains, large)
+        onset = first_lasting_swing(gains, large)
         if onset < bound:
-            yield f"oscillates from {decibels(onset)} more gain"
+            yield f"oscillates from {formatted_margin(onset, 'dB', NONE)} more gain"
 
 
-def reserve_with(place: Place, parameters: Mapping[str, float]) -> Reserve:
+def reserve_with(place: MarginPoint, parameters: Mapping[str, float]) -> Reserve:
     """A place's reserve; that of a wildly unstable loop where the values allow no law on its machine."""
     try:
         return place.reserve(parameters)
-    except UNTOLD:
+    except NO_SLOPE_ERRORS:
         return Reserve(math.inf)
 
 
-def inside(path: str) -> str:
-    """The path of a number of a law that is inside another."""
-    head, dot, rest = path.partition(".")
-    return f"controller.controller{dot}{rest}" if head == "controller" else path
+class StabilityMargins(NamedTuple):
+    """How far a loop is from oscillating, as ``bode`` shows it; nan where a number cannot be had."""
+
+    oscillation_gain: Annotated[float, Field("", "factor on the gain from which the loop oscillates")]
+    gain_margin: Annotated[float, Field("", "least gain margin while moving")]
+    phase_margin: Annotated[float, Field("rad", "least phase margin while moving")]
+    sensitivity_peak: Annotated[float, Field("", "largest sensitivity peak while moving")]
+    oscillation_command: Annotated[float, Field("V", "amplitude of the command in a sustained oscillation")]
+
+    def __str__(self) -> str:
+        shown = {name: MARGIN_LABELS[name] for name in self._fields if name in MARGIN_LABELS}
+        texts = (
+            f"{label} {formatted_margin(getattr(self, name), unit, NONE)}"
+            for name, (label, unit) in shown.items()
+        )
+        return ", ".join(texts)
+
+    def cells(self) -> list[Cell]:
+        """The margins of a row of a table."""
+        named = {name: MARGIN_LABELS[name][1] for name in self._fields if name in MARGIN_LABELS}
+        return [Cell(*margin_in(unit, getattr(self, name))) for name, unit in named.items()]
 
 
-def decibels(factor: float) -> str:
-    return read_as(factor, "dB", "-")
+class StabilityChange(NamedTuple):
+    """How a loop stands before a search and after it."""
+
+    name: str
+    before: StabilityMargins
+    after: StabilityMargins
+
+    def __str__(self) -> str:
+        return f"{self.name}: before, {self.before}; after, {self.after}"
+
+    @staticmethod
+    def table(changes: "Sequence[StabilityChange]") -> Table:
+        """How loops stand, a row for each before and one after."""
+        margins = (
+            Column(MARGIN_LABELS[name][0], digits=3, right=True)
+            for name in StabilityMargins._fields
+            if name in MARGIN_LABELS
+        )
+        rows = [
+            [Cell(one.name), Cell(when), *standing.cells()]
+            for one in changes
+            for when, standing in (("before", one.before), ("after", one.after))
+        ]
+        return Table(
+            "margins", (Column("machine"), Column("values"), *margins), rows, "Margins while moving."
+        )
+
+
+def stability_of(loop: Loop) -> StabilityMargins:
+    """How far a loop is from oscillating; the oscillation is that of a run 5 s longer than its own."""
+    run = quietly(simulate)(with_longer_run(loop), record=(), metrics=[Oscillation()])
+    amplitude = math.inf if run["diverged"] else float(run["oscillation_command"])
+    try:
+        view = loop_view(loop, None, None, None)
+    except NO_SLOPE_ERRORS:
+        return StabilityMargins(known_onset(loop, None), math.nan, math.nan, math.nan, amplitude)
+    margins = view.trusted.margins
+    return StabilityMargins(
+        view.onset, margins.gain_margin, margins.phase_margin, margins.sensitivity_peak, amplitude
+    )
+
+
+def stability_changes(loops: Mapping[str, Loop], parameters: Mapping[str, float]) -> list[StabilityChange]:
+    """How loops stand with their own values, and with others."""
+    return [
+        StabilityChange(name, stability_of(loop), stability_of(replace(loop, parameters)))
+        for name, loop in loops.items()
+    ]

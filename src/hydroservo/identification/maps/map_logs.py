@@ -8,23 +8,23 @@ from typing import Any
 from hydroservo.control.loop import Loop
 from hydroservo.core.command_scale import VOLTS, commands_in
 from hydroservo.core.errors import ParameterError
-from hydroservo.core.formatting import MINUS, quantity
+from hydroservo.core.formatting import plain_quantity
 from hydroservo.core.nearest import one_of
-from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE, Given, log_mapping
+from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE, TIME, LogSource, log_mapping, read_logs
 from hydroservo.identification.log_check import check_balance, check_positions, stroke_of
-from hydroservo.identification.maps.decay import decay
-from hydroservo.identification.maps.friction import friction
-from hydroservo.identification.maps.pressure_gain import pressure_gain
-from hydroservo.identification.maps.reading import logs_of, piston_of
-from hydroservo.identification.maps.result import Found, Interval, StaticMap
-from hydroservo.identification.maps.valve_flow import valve_flow
+from hydroservo.identification.maps.decay import decay_map
+from hydroservo.identification.maps.friction import friction_map
+from hydroservo.identification.maps.piston import piston_of
+from hydroservo.identification.maps.pressure_gain import pressure_gain_map
+from hydroservo.identification.maps.result import Interval, MapContents, StaticMap
+from hydroservo.identification.maps.valve_flow import valve_flow_map
 from hydroservo.identification.result import Estimate, tables_or_remark
-from hydroservo.identification.segments import Understood
+from hydroservo.identification.segments import UnderstoodLog, understand_log
 from hydroservo.scenario.load import Assembly, assemble
 from hydroservo.scenario.scenario_files import nest_changes
 
 
-class Kind(StrEnum):
+class MapKind(StrEnum):
     """The maps that there are."""
 
     VALVE_FLOW = "valve-flow"
@@ -35,7 +35,7 @@ class Kind(StrEnum):
 
 def map_logs(
     kind: str,
-    logs: Given | Sequence[Given],
+    logs: LogSource | Sequence[LogSource],
     scenario: str | Path | None = None,
     *,
     changes: Mapping[str, object] | None = None,
@@ -67,24 +67,28 @@ def map_logs(
             is too fast, nothing moves at constant speed, nothing decays.
         ParameterError: an argument is not what it must be.
 
-    Source: see the four functions in ``hydroservo.identification.maps``.
+    Source: as the function of each kind has it.
     Fails where the machine is not in the steady state that a map supposes; each kind says what it needs.
     """
-    if kind not in [*Kind]:
-        raise ParameterError("kind", kind, one_of(str(kind), [*map(str, Kind)]))
+    if kind not in [*MapKind]:
+        raise ParameterError("kind", kind, one_of(str(kind), [*map(str, MapKind)]))
     if scenario is None and (changes or plugins):
-        given = "changes" if changes else "plugins"
-        raise ParameterError(given, changes or plugins, "need a scenario")
+        raise ParameterError("changes" if changes else "plugins", changes or plugins, "need a scenario")
     assembly = None if scenario is None else assemble(scenario, changes, plugins)
-    needed = (COMMAND,) if kind in (Kind.VALVE_FLOW, Kind.PRESSURE_GAIN) else ()
+    needed = (COMMAND,) if kind in (MapKind.VALVE_FLOW, MapKind.PRESSURE_GAIN) else ()
     with commands_in(VOLTS if assembly is None else assembly.loop.command):
-        taken = logs_of(logs, log_mapping({} if assembly is None else assembly.log_columns), needed)
-    found = measured(Kind(kind), taken, assembly, str(scenario))
-    load = () if assembly is None or kind != Kind.FRICTION else load_taken(taken, assembly.loop)
+        mapping = log_mapping({} if assembly is None else assembly.log_columns)
+        given = [logs] if isinstance(logs, str | Path | Mapping) else list(logs)
+        recorded = read_logs(given, mapping, (TIME, *needed))
+    taken = [understand_log(log, i) for i, log in enumerate(recorded)]
+    found = measure_map(MapKind(kind), taken, assembly, str(scenario))
+    load = () if assembly is None or kind != MapKind.FRICTION else load_remarks(taken, assembly.loop)
     remarks = list(dict.fromkeys([*load, *(line for log in taken for line in log.remarks), *found.remarks]))
     tables: dict[str, Any] = nest_changes(changes or {})
     if scenario is not None and found.values:
-        tables, problems = tables_or_remark(scenario, changes or {}, plugins, estimates(found.values))
+        tables, problems = tables_or_remark(
+            scenario, changes or {}, plugins, estimates_of_values(found.values)
+        )
         remarks += problems
     return StaticMap(
         str(kind),
@@ -100,32 +104,34 @@ def map_logs(
     )
 
 
-def measured(kind: Kind, logs: Sequence[Understood], assembly: Assembly | None, scenario: str) -> Found:
+def measure_map(
+    kind: MapKind, logs: Sequence[UnderstoodLog], assembly: Assembly | None, scenario: str
+) -> MapContents:
     """What a kind of map finds."""
     loop: Loop | None = None if assembly is None else assembly.loop
     piston = None if loop is None else piston_of(loop.plant, scenario)
-    if kind == Kind.PRESSURE_GAIN:
-        return pressure_gain(logs, loop, piston)
-    if kind != Kind.DECAY:
-        check_balance(logs, loop, driven=kind == Kind.VALVE_FLOW)
-    if kind == Kind.FRICTION:
-        return friction(logs, loop, piston)
+    if kind == MapKind.PRESSURE_GAIN:
+        return pressure_gain_map(logs, loop, piston)
+    if kind != MapKind.DECAY:
+        check_balance(logs, loop, driven=kind == MapKind.VALVE_FLOW)
+    if kind == MapKind.FRICTION:
+        return friction_map(logs, loop, piston)
     if loop is None or piston is None:
         raise ParameterError("scenario", "none", f"a {kind} map needs one, for areas, volumes and supply")
     check_positions(logs, stroke_of(loop.plant))
-    return valve_flow(logs, loop, piston) if kind == Kind.VALVE_FLOW else decay(logs, piston)
+    return valve_flow_map(logs, loop, piston) if kind == MapKind.VALVE_FLOW else decay_map(logs, piston)
 
 
-def load_taken(logs: Sequence[Understood], loop: Loop) -> Iterator[str]:
+def load_remarks(logs: Sequence[UnderstoodLog], loop: Loop) -> Iterator[str]:
     """That the scenario's load is taken off where no log has one of its own."""
     measured = {name for log in logs for name in log.log.signals}
     forces = [loop.load.force(t) for log in logs for t in log.log.time[:: max(log.log.time.size // 100, 1)]]
     if not measured & {EXTERNAL_FORCE, "force"} and any(forces):
-        most = quantity(max(forces, key=abs), "N").replace(MINUS, "-")
+        most = plain_quantity(max(forces, key=abs), "N")
         yield f"the scenario's load, up to {most}, counts as acting on the rod: the log has no external_force"
 
 
-def estimates(values: Mapping[str, Interval]) -> dict[str, Estimate]:
+def estimates_of_values(values: Mapping[str, Interval]) -> dict[str, Estimate]:
     """Numbers of a scenario, of which those with an interval are uncertain."""
     return {
         path: Estimate(one.value, one.low, one.high, one.high > one.low, 1.0, False, one.unit, one.meaning)

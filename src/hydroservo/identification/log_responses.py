@@ -13,7 +13,7 @@ from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.field import Field
 from hydroservo.core.signals import MachineOutputs
 from hydroservo.identification.log import COMMAND, OUTPUTS, REFERENCE, SIGNALS, TIME, read_log
-from hydroservo.identification.segments import LONGEST_BRIDGE, Segment, understood
+from hydroservo.identification.segments import LONGEST_BRIDGE, Segment, understand_log
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import with_warning
 
@@ -31,21 +31,15 @@ DRIVES = {"machine": COMMAND, "closed": REFERENCE}  # what the response of this 
 APART = 1e-2  # of a sample period, by which that of a log may differ
 
 
-class Estimate(NamedTuple):
-    """A response over frequency.
+class ResponseEstimate(NamedTuple):
+    """A response over frequency."""
 
-    Attributes:
-        frequency: [Hz], where something excites.
-        response: output by input, in their units.
-        coherence: from 0 to 1.
-    """
-
-    frequency: Samples
-    response: NDArray[np.complex128]
-    coherence: Samples
+    frequency: Samples  # [Hz], where something excites
+    response: NDArray[np.complex128]  # output by input, in their units
+    coherence: Samples  # from 0 to 1
 
 
-def welch(parts: Sequence[tuple[Samples, Samples]], period: float, name: str) -> Estimate:
+def welch(parts: Sequence[tuple[Samples, Samples]], period: float, name: str) -> ResponseEstimate:
     """The response of an output to an input, and their coherence, of at least sixteen windows.
 
     With the spectra of Hann windows that overlap by half, a straight line taken out of each::
@@ -54,11 +48,6 @@ def welch(parts: Sequence[tuple[Samples, Samples]], period: float, name: str) ->
 
     The variance of G is near |G|^2 (1 - gamma^2)/(2 n gamma^2) for n windows.
 
-    Args:
-        parts: pairs of input and output, each of shape (n,); windows lie within one of them.
-        period: of the samples [s].
-        name: of the log, for what is said.
-
     Source: Welch, IEEE Trans. Audio and Electroacoustics 15(2), 1967; Bendat, Piersol, Random Data, 2010,
     sec. 6.1 and 9.2 (the variance).
     Fails at resonances narrower than two lines of a window, which look flatter than they are; and where the
@@ -66,7 +55,9 @@ def welch(parts: Sequence[tuple[Samples, Samples]], period: float, name: str) ->
     """
     size = window_for([one.size for one, _ in parts], name)
     long = [part for part in parts if part[0].size >= size]
-    u, y = (np.concatenate([spectra(one, size) for one in signal]) for signal in zip(*long, strict=True))
+    u, y = (
+        np.concatenate([window_spectra(one, size) for one in signal]) for signal in zip(*long, strict=True)
+    )
     driving, moved = np.mean(np.abs(u) ** 2, axis=0), np.mean(np.abs(y) ** 2, axis=0)
     cross = np.mean(np.conj(u) * y, axis=0)
     frequency = np.fft.rfftfreq(size, period)
@@ -75,10 +66,10 @@ def welch(parts: Sequence[tuple[Samples, Samples]], period: float, name: str) ->
     if not told.any():
         raise ScenarioError(name, "", "nothing excites it, or what is controlled does not move")
     coherence = np.abs(cross[told]) ** 2 / (driving[told] * moved[told])
-    return Estimate(frequency[told], cross[told] / driving[told], coherence)
+    return ResponseEstimate(frequency[told], cross[told] / driving[told], coherence)
 
 
-def spectra(signal: Samples, size: int) -> NDArray[np.complex128]:
+def window_spectra(signal: Samples, size: int) -> NDArray[np.complex128]:
     """The spectra of a signal's windows, a row each: a straight line taken out, then under Hann's bell."""
     windows = np.lib.stride_tricks.sliding_window_view(signal, size)[:: size // 2]
     time = np.arange(size) - (size - 1) / 2.0
@@ -90,23 +81,19 @@ def window_for(lengths: Sequence[int], name: str) -> int:
     """The longest even number of samples of which sixteen windows lie within the parts."""
     total = sum(lengths)
     for size in range(2 * total // (WINDOWS + 1) // 2 * 2, SHORTEST - 1, -2):
-        if sum(windows_in(one, size) for one in lengths) >= WINDOWS:
+        step = size - size // 2  # from window to window, each half over the next
+        if sum(max((one - size // 2) // step, 0) for one in lengths) >= WINDOWS:
             return size
     needed = SHORTEST * (WINDOWS + 1) // 2
     problem = f"has {total} samples without a gap, too few for a frequency response; {needed} are needed"
     raise ScenarioError(name, "", problem)
 
 
-def windows_in(length: int, size: int) -> int:
-    """How many windows of a size, each half over the next, lie in so many samples."""
-    return max((length - size // 2) // (size - size // 2), 0)
-
-
-class Recorded(NamedTuple):
+class LogResponses(NamedTuple):
     """The responses that a log tells, by name, and what there is to say of it."""
 
     log: str
-    responses: Mapping[str, Estimate]
+    responses: Mapping[str, ResponseEstimate]
     remarks: Sequence[str]
 
 
@@ -134,10 +121,10 @@ def with_logs(
     loop = checked_loop(loop)
     if not logs:
         raise ParameterError("logs", "[]", "must be at least one")
-    every = [recorded(loop, path, columns or {}) for path in logs]
-    parts = [part for one in every for part in parts_of(one)]
+    every = [responses_in_log(loop, path, columns or {}) for path in logs]
+    parts = [part for one in every for part in response_variables(one)]
     whole = {
-        name: ("recorded", np.concatenate([part[name] for part in parts]), about(data, name))
+        name: ("recorded", np.concatenate([part[name] for part in parts]), variable_attributes(data, name))
         for name in parts[0]
         if name not in ("recorded", "log")
     }
@@ -150,18 +137,14 @@ def with_logs(
     return with_warning(data.assign(whole).assign_coords(coordinates), said)
 
 
-def recorded(loop: Loop, path: str | Path, columns: Mapping[str, str]) -> Recorded:
-    """The responses that one log tells.
-
-    Raises:
-        ScenarioError: it tells none.
-    """
+def responses_in_log(loop: Loop, path: str | Path, columns: Mapping[str, str]) -> LogResponses:
+    """The responses that one log tells."""
     demand = Field(loop.controls.declared().unit, "demand")
     with commands_in(loop.command):
-        log = understood(read_log(path, columns, (TIME,), {**SIGNALS, REFERENCE: demand}))
+        log = understand_log(read_log(path, columns, (TIME,), {**SIGNALS, REFERENCE: demand}))
     name, segments = (
         log.log.name,
-        [whole for one in log.segments for whole in unbroken(loop, one, log.log.name)],
+        [whole for one in log.segments for whole in unbroken_stretches(loop, one, log.log.name)],
     )
     remarks = [*log.remarks]
     driven = {
@@ -182,10 +165,10 @@ def recorded(loop: Loop, path: str | Path, columns: Mapping[str, str]) -> Record
         response: welch([(part[drive], part["controlled"]) for part in segments], period, name)
         for response, drive in driven.items()
     }
-    return Recorded(name, found, remarks)
+    return LogResponses(name, found, remarks)
 
 
-def unbroken(loop: Loop, segment: Segment, name: str) -> Iterator[dict[str, Samples]]:
+def unbroken_stretches(loop: Loop, segment: Segment, name: str) -> Iterator[dict[str, Samples]]:
     """The stretches of a segment in which what is controlled was measured, with what drove it.
 
     Up to five samples that lack in a row are joined by a straight line.
@@ -206,7 +189,7 @@ def unbroken(loop: Loop, segment: Segment, name: str) -> Iterator[dict[str, Samp
         yield {"controlled": joined, **{drive: one[part] for drive, one in segment.inputs.items()}}
 
 
-def parts_of(one: Recorded) -> Iterator[dict[str, NDArray[np.generic]]]:
+def response_variables(one: LogResponses) -> Iterator[dict[str, NDArray[np.generic]]]:
     """The variables of each response of a log; those of the other are nan."""
     for found, (frequency, response, coherence) in one.responses.items():
         part: dict[str, NDArray[np.generic]] = {
@@ -220,7 +203,7 @@ def parts_of(one: Recorded) -> Iterator[dict[str, NDArray[np.generic]]]:
         yield part
 
 
-def about(data: "xr.Dataset", name: str) -> dict[str, str]:
+def variable_attributes(data: "xr.Dataset", name: str) -> dict[str, str]:
     """Unit and meaning of a variable."""
     if name.endswith("coherence"):
         return {"units": "", "long_name": "coherence"}

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.linear.bounds import Bounds, LoopGuard
-from hydroservo.linear.duals import dual_twins
 from hydroservo.linear.margins import margins
-from hydroservo.linear.places import places_of
+from hydroservo.linear.moving_margins import margin_points
+from hydroservo.linear.slopes import dual_twins
+from hydroservo.linear.stability import Bounds, LoopGuard
 from hydroservo.runs.tuned_finding import tuned_finding
 from hydroservo.scenario.tune_table import checked_part
 from tests.support.brink import at_the_brink
@@ -33,7 +33,7 @@ def test_places_give_the_margins_of_a_loop_with_other_gains() -> None:
     loop = hs.load_scenario("cases/drift")
     changed = {"controller.proportional_gain": 0.2, "controller.integral_gain": 400.0}
     truth = margins(hs.replace(loop, changed))
-    (here,) = (place for place in places_of(loop) if place.point.command == 0.0)
+    (here,) = (place for place in margin_points(loop) if place.point.command == 0.0)
     reserve = here.reserve(changed)
     assert reserve.gain_margin == pytest.approx(truth.gain_margin, rel=0.01)
     assert reserve.phase_margin == pytest.approx(truth.phase_margin, rel=0.01)
@@ -41,7 +41,7 @@ def test_places_give_the_margins_of_a_loop_with_other_gains() -> None:
 
 
 def test_laws_with_other_numbers_need_no_other_twins() -> None:
-    place = places_of(hs.load_scenario("cases/drift"))[0]
+    place = margin_points(hs.load_scenario("cases/drift"))[0]
     first = place.reserve({"controller.integral_gain": 400.0})
     made = set(place.twins.made)
     other = place.reserve({"controller.integral_gain": 500.0})
@@ -52,7 +52,7 @@ def test_laws_with_other_numbers_need_no_other_twins() -> None:
 
 
 def test_an_unstable_loop_has_no_reserve() -> None:
-    place = places_of(hs.load_scenario("cases/drift"))[0]
+    place = margin_points(hs.load_scenario("cases/drift"))[0]
     reserve = place.reserve({"controller.integral_gain": 1e5})
     assert reserve.growth > 1.0
     assert math.isnan(reserve.gain_margin)

@@ -8,7 +8,7 @@ import hydroservo as hs
 from hydroservo.core.block import value_at
 from hydroservo.core.errors import ParameterError
 from hydroservo.identification.observer import fading_gain
-from hydroservo.identification.problem import delay_of, simulated
+from hydroservo.identification.problem import delay_of, simulate_segments
 from tests.support.synthetic_logs import NOISE, SCENARIO, SHORT, exact_log
 
 pytestmark = pytest.mark.slow  # each fits a log
@@ -78,7 +78,8 @@ def test_a_prediction_does_not_know_the_sample_that_it_predicts(late):
     x = fitted.best.x.copy()
     x[delay_of(fitted.problem, 0)] = late
     (before,), (after,) = (
-        simulated(fitted.problem._replace(experiments=[each]), x, slopes=False) for each in (one, changed)
+        simulate_segments(fitted.problem._replace(experiments=[each]), x, slopes=False)
+        for each in (one, changed)
     )
     for name, values in before.values.items():
         np.testing.assert_array_equal(values[: CHANGED + 1], after.values[name][: CHANGED + 1])

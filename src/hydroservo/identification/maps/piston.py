@@ -1,15 +1,14 @@
-"""The logs that a map is made from, and their stretches of constant speed."""
+"""The piston of which a map is made, and its stretches of constant speed."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.core.errors import ScenarioError
-from hydroservo.identification.log import SIGNALS, TIME, Given, read_logs
-from hydroservo.identification.segments import Segment, Understood, noise_of, understood
+from hydroservo.identification.log import SIGNALS
+from hydroservo.identification.segments import Segment, UnderstoodLog, noise_of
 
 Samples = NDArray[np.float64]
 TOLERANCE = 0.05  # of the speed, within which it is constant
@@ -22,15 +21,7 @@ SWINGS = 0.25  # of the speed, by which the velocity deviates where it sticks an
 SETTLED = 0.2  # of a stretch, after which friction and pressures have settled
 
 
-def logs_of(
-    logs: Given | Sequence[Given], mapping: Mapping[str, str], needed: Sequence[str]
-) -> list[Understood]:
-    """The logs, as they are understood."""
-    given = [logs] if isinstance(logs, str | Path | Mapping) else list(logs)
-    return [understood(log, i) for i, log in enumerate(read_logs(given, mapping, (TIME, *needed)))]
-
-
-def demand(log: Understood, signals: Sequence[str], why: str) -> None:
+def require_signals(log: UnderstoodLog, signals: Sequence[str], why: str) -> None:
     """Refuse a log that lacks a signal, or in which it never changes."""
     if not any(set(signals) & set(one.measured) for one in log.segments):
         names = " or ".join(f'"{name} [{SIGNALS[name].unit}]"' for name in signals)
@@ -38,14 +29,14 @@ def demand(log: Understood, signals: Sequence[str], why: str) -> None:
         raise ScenarioError(log.log.name, "", f"no column {names} {lacking}, which {why} needs")
 
 
-def velocity_of(one: Segment) -> Samples:
+def stretch_velocity(one: Segment) -> Samples:
     """The velocity in a stretch [m/s]: measured, or the slope of the position."""
     if "velocity" in one.measured:
         return one.measured["velocity"]
     return np.gradient(one.measured["position"], one.period)
 
 
-def bridged(values: Samples, log: int) -> Samples:
+def bridge_gaps(values: Samples, log: int) -> Samples:
     """A signal with straight lines over what is missing."""
     places, there = np.arange(values.size), np.isfinite(values)
     if not there.any():
@@ -59,17 +50,11 @@ def bridged(values: Samples, log: int) -> Samples:
 
 
 class Piston(NamedTuple):
-    """The piston of a plant.
+    """The piston of a plant."""
 
-    Attributes:
-        plant: the plant.
-        area_a: of chamber A [m^2].
-        area_b: of chamber B [m^2].
-    """
-
-    plant: Any
-    area_a: float
-    area_b: float
+    plant: Any  # the plant
+    area_a: float  # of chamber A [m^2]
+    area_b: float  # of chamber B [m^2]
 
     @property
     def has_chambers(self) -> bool:
@@ -111,28 +96,21 @@ def piston_of(plant: Any, scenario: str) -> Piston:
     raise ScenarioError(scenario, "plant.type", problem)
 
 
-class Stretch(NamedTuple):
-    """A stretch of constant speed.
+class SteadyStretch(NamedTuple):
+    """A stretch of constant speed."""
 
-    Attributes:
-        part: its samples, settled.
-        speed: with its sign [m/s].
-        acceleration: that is left [m/s^2].
-        deviation: of it, its standard deviation [m/s^2].
-    """
-
-    part: slice
-    speed: float
-    acceleration: float
-    deviation: float
+    part: slice  # its samples, settled
+    speed: float  # with its sign [m/s]
+    acceleration: float  # that is left [m/s^2]
+    deviation: float  # of it, its standard deviation [m/s^2]
 
 
-def stretches(one: Segment) -> Iterator[Stretch]:
+def steady_stretches(one: Segment) -> Iterator[SteadyStretch]:
     """The stretches of constant speed in one without gaps; none in which the machine sticks and slips."""
-    velocity = velocity_of(one)
+    velocity = stretch_velocity(one)
     noise = noise_of(velocity)
-    width, smooth, deviation = smoothed(velocity, one.log)
-    for first, last in constant(smooth, width, deviation):
+    width, smooth, deviation = smooth_velocity(velocity, one.log)
+    for first, last in constant_spans(smooth, width, deviation):
         settled = first + int(SETTLED * (last - first))
         part = slice(settled, last)
         v = velocity[part]
@@ -144,34 +122,27 @@ def stretches(one: Segment) -> Iterator[Stretch]:
             continue
         time = one.period * np.arange(v.size)[there]
         (slope, _), covariance = np.polyfit(time, v[there], 1, cov=True)
-        yield Stretch(part, float(v[there].mean()), float(slope), float(np.sqrt(covariance[0, 0])))
+        yield SteadyStretch(part, float(v[there].mean()), float(slope), float(np.sqrt(covariance[0, 0])))
 
 
-def longest_of(one: Segment) -> float:
+def longest_stretch(one: Segment) -> float:
     """How long the longest stretch is, and one that is too short too [s]."""
-    width, smooth, deviation = smoothed(velocity_of(one), one.log)
-    found = [last - first for first, last in constant(smooth, width, deviation, 1)]
+    width, smooth, deviation = smooth_velocity(stretch_velocity(one), one.log)
+    found = [last - first for first, last in constant_spans(smooth, width, deviation, 1)]
     return one.period * max(found, default=0)
 
 
-def smoothed(velocity: Samples, log: int) -> tuple[int, Samples, float]:
+def smooth_velocity(velocity: Samples, log: int) -> tuple[int, Samples, float]:
     """The window of means, the velocity as means over it, and the deviation that noise leaves of one."""
     width = max(WINDOW, velocity.size // PARTS)
-    smooth: Samples = np.convolve(bridged(velocity, log), np.full(width, 1.0 / width), mode="same")
+    smooth: Samples = np.convolve(bridge_gaps(velocity, log), np.full(width, 1.0 / width), mode="same")
     return width, smooth, noise_of(velocity) / float(np.sqrt(width))
 
 
-def constant(
+def constant_spans(
     smooth: Samples, width: int, deviation: float, fewest: int = FEWEST
 ) -> Iterator[tuple[int, int]]:
-    """First and last sample of each stretch, from a smooth velocity.
-
-    Args:
-        smooth: velocity [m/s], shape (n,).
-        width: of the means that make it so.
-        deviation: that noise leaves of it [m/s].
-        fewest: windows of a stretch.
-    """
+    """First and last sample of each stretch, from a smooth velocity."""
     half = width // 2
     first = half
     while first + fewest * width <= smooth.size - half:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any, NamedTuple
 
-from hydroservo.audits.tone import swing
+from hydroservo.audits.monitors import swing
 from hydroservo.control.controlled import Command
 from hydroservo.control.error_dynamics import ExplicitReaching, ImplicitReaching, SmoothReaching
 from hydroservo.control.loop import AUTO, Loop
@@ -19,7 +19,7 @@ from hydroservo.core.errors import HydroservoError
 from hydroservo.core.group import nested
 from hydroservo.core.roles import Reference, role
 from hydroservo.core.signals import Demand
-from hydroservo.linear.onset import amplified
+from hydroservo.linear.onset import with_amplified_command
 from hydroservo.machine.loads.later import LaterLoad
 from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.cautions import quietly
@@ -40,22 +40,16 @@ CYCLES = 1000.0  # for which a loop goes on at the most
 class Cause(NamedTuple):
     """One kind of cause.
 
-    Attributes:
-        name: of the kind.
-        phrase: how the loop is without it, as in "the oscillation dies out without integral action".
-        without: the loop without it; None where it has none.
-        scale: of the command that remains by that alone.
-
     Those of one name are tried in turn, until one ends the oscillation.
     """
 
-    name: str
-    phrase: str
-    without: Callable[[Loop], Loop | None]
-    scale: float = 1.0
+    name: str  # of the kind
+    phrase: str  # how the loop is without it, as in "the oscillation dies out without integral action"
+    without: Callable[[Loop], Loop | None]  # the loop without it; None where it has none
+    scale: float = 1.0  # of the command that remains by that alone
 
 
-def by_fields(place: str, changes: Mapping[str, Change]) -> Callable[[Loop], Loop | None]:
+def field_change(place: str, changes: Mapping[str, Change]) -> Callable[[Loop], Loop | None]:
     """A loop with the fields of these names changed, wherever they are in a part of it."""
 
     def without(loop: Loop) -> Loop | None:
@@ -73,7 +67,7 @@ def by_fields(place: str, changes: Mapping[str, Change]) -> Callable[[Loop], Loo
     return without
 
 
-def sampled_faster(loop: Loop) -> Loop:
+def with_shorter_period(loop: Loop) -> Loop:
     """The loop at a shorter sample period, and with a delay that is shorter by as much."""
     given = loop.simulation
     substeps = AUTO if given.substeps == AUTO else math.ceil(SHORTER * given.substeps)
@@ -86,77 +80,77 @@ def sampled_faster(loop: Loop) -> Loop:
 
 def with_implicit_steps(loop: Loop) -> Loop | None:
     """The loop with implicit steps where its law switches at the sample; None where it does not."""
-    law = implicit(loop.controller)
+    law = implicit_twin(loop.controller)
     changed: Loop | None = None if law is loop.controller else loop._replace(controller=law)
     return changed
 
 
-def implicit(block: Block) -> Any:
+def implicit_twin(block: Block) -> Any:
     """A block with implicit steps in place of explicit and smoothed ones, in it and in blocks in it."""
     if isinstance(block, Explicit | BoundaryLayer):
         return Implicit()
     if isinstance(block, ExplicitReaching | SmoothReaching):
         return ImplicitReaching()
-    parts = {name: (part, implicit(part)) for name, part in block._asdict().items() if is_block(part)}
+    parts = {name: (part, implicit_twin(part)) for name, part in block._asdict().items() if is_block(part)}
     changed = {name: new for name, (old, new) in parts.items() if new is not old}
     return block._replace(**changed) if changed else block
 
 
-def none(_: float) -> float:
+def to_zero(_: float) -> float:
     return 0.0
 
 
-def little(value: float) -> float:
+def to_little(value: float) -> float:
     return LITTLE * value
 
 
-def no_overlap(lap: float) -> float:
+def without_overlap(lap: float) -> float:
     return min(lap, 0.0)
 
 
 FRICTION = {
-    "coulomb": little,
-    "breakaway": little,
-    "bristle_stiffness": little,  # so that bristles bend as far, and what they do is as fast
-    "bristle_damping": little,
+    "coulomb": to_little,
+    "breakaway": to_little,
+    "bristle_stiffness": to_little,  # so that bristles bend as far, and what they do is as fast
+    "bristle_damping": to_little,
 }
 EDGES = {
-    "lap": no_overlap,
-    "extra_lap_pa": no_overlap,
-    "extra_lap_at": no_overlap,
-    "extra_lap_pb": no_overlap,
-    "extra_lap_bt": no_overlap,
+    "lap": without_overlap,
+    "extra_lap_pa": without_overlap,
+    "extra_lap_at": without_overlap,
+    "extra_lap_pb": without_overlap,
+    "extra_lap_bt": without_overlap,
 }
 
 CAUSES = (
-    Cause("integral action", "without integral action", by_fields("controller", {"integral_gain": none})),
-    Cause("dry friction", "without dry friction", by_fields("plant", FRICTION)),
     Cause(
-        "valve hysteresis",
-        "without the valve's hysteresis",
-        by_fields("valve", {"hysteresis": none}),
+        "integral action", "without integral action", field_change("controller", {"integral_gain": to_zero})
     ),
-    Cause("valve overlap", "without the valve's overlap", by_fields("valve", EDGES)),
+    Cause("dry friction", "without dry friction", field_change("plant", FRICTION)),
+    Cause(
+        "valve hysteresis", "without the valve's hysteresis", field_change("valve", {"hysteresis": to_zero})
+    ),
+    Cause("valve overlap", "without the valve's overlap", field_change("valve", EDGES)),
     Cause(
         "overlap compensation",
         "without compensation of the overlap",
-        by_fields("controller", {"extend_overlap": none, "retract_overlap": none}),
+        field_change("controller", {"extend_overlap": to_zero, "retract_overlap": to_zero}),
     ),
     Cause(
         "converter steps",
         "without the steps of the command's converter",
-        by_fields("controller", {"bits": lambda _: FINE_BITS}),
+        field_change("controller", {"bits": lambda _: FINE_BITS}),
     ),
     Cause(
         "sensor steps",
         "without the steps of the sensors",
-        by_fields("sensors", {"resolution": lambda _: FINE, "bits": none}),
+        field_change("sensors", {"resolution": lambda _: FINE, "bits": to_zero}),
     ),
-    Cause("sensor noise", "without the sensors' noise", by_fields("sensors", {"noise": none})),
+    Cause("sensor noise", "without the sensors' noise", field_change("sensors", {"noise": to_zero})),
     Cause("switching", "with implicit steps in place of its switching", with_implicit_steps),
-    Cause("sampling", "at a quarter of the sample period and delay", sampled_faster),
-    Cause("gain", "at half the gain", partial(amplified, factor=0.5), 0.5),
-    Cause("gain", "at a tenth of the gain", partial(amplified, factor=0.1), 0.1),
+    Cause("sampling", "at a quarter of the sample period and delay", with_shorter_period),
+    Cause("gain", "at half the gain", partial(with_amplified_command, factor=0.5), 0.5),
+    Cause("gain", "at a tenth of the gain", partial(with_amplified_command, factor=0.1), 0.1),
 )
 
 
@@ -179,12 +173,12 @@ class Remains(NamedTuple):
     """What is left of an oscillation without one cause."""
 
     cause: Annotated[str, Field("", "what is switched off")]
-    phrase: Annotated[str, Field("", "how the loop is without it")]
+    phrase: Annotated[str, Field("", "how the loop is remains_without it")]
     command: Annotated[float, Field("V", "amplitude of the command then; nan if there is no such run")]
     ends: Annotated[bool, Field("", "whether the oscillation dies out")]
 
 
-class Sustained(NamedTuple):
+class SustainedOscillation(NamedTuple):
     """A sustained oscillation of a run; amplitudes of 0 if there is none, nan if it is too short to tell."""
 
     amplitude: Annotated[float, Field("y", "amplitude of the {y}")]
@@ -204,8 +198,13 @@ class Sustained(NamedTuple):
         """Those without which it dies out, each by itself."""
         return tuple(one for one in self.remains if one.ends)
 
+    def numbers(self) -> dict[str, Any]:
+        """All of it, in SI units."""
+        remains = [one._asdict() for one in self.remains]
+        return {**self._asdict(), "causes": [one.cause for one in self.causes], "remains": remains}
 
-def sustained(loop: Loop, run: Any) -> Sustained | None:
+
+def sustained_oscillation(loop: Loop, run: Any) -> SustainedOscillation | None:
     """The sustained oscillation of a run, and what keeps it up.
 
     The machine and its law go on from where the run has ended, in the midst of the oscillation, with the
@@ -227,7 +226,7 @@ def sustained(loop: Loop, run: Any) -> Sustained | None:
     """
     if isinstance(loop.controls, Command) or bool(run["diverged"]):
         return None
-    found = measured(loop, run)
+    found = oscillation_in(loop, run)
     if math.isnan(found.command):
         given = loop.simulation
         loop = loop._replace(simulation=given._replace(duration=LONGER * given.duration))
@@ -237,35 +236,35 @@ def sustained(loop: Loop, run: Any) -> Sustained | None:
             return found
         if bool(run["diverged"]):
             return found
-        found = measured(loop, run)._replace(longer=loop.simulation.duration)
-    return found._replace(remains=remains(loop, found)) if found.oscillates else found
+        found = oscillation_in(loop, run)._replace(longer=loop.simulation.duration)
+    return found._replace(remains=remains_of_causes(loop, found)) if found.oscillates else found
 
 
-def measured(loop: Loop, run: Any) -> Sustained:
+def oscillation_in(loop: Loop, run: Any) -> SustainedOscillation:
     """The oscillation that a run shows."""
     values = [float(run[f"oscillation_{name}"]) for name in ("amplitude", "command", "frequency", "growth")]
     amplitude, command, frequency, growth = values
-    return Sustained(amplitude, loop.controls.declared().unit, command, frequency, growth)
+    return SustainedOscillation(amplitude, loop.controls.declared().unit, command, frequency, growth)
 
 
-def remains(loop: Loop, shown: Sustained) -> tuple[Remains, ...]:
+def remains_of_causes(loop: Loop, shown: SustainedOscillation) -> tuple[Remains, ...]:
     """What is left of an oscillation without each of the causes that a loop has."""
     begun = wired(loop)
     size = 0.0
     with suppress(HydroservoError):  # a state, as it is then, that no run may begin in
-        going = continued(begun, shown.frequency)
-        size = left(going)
+        going = continued_loop(begun, shown.frequency)
+        size = remaining_amplitude(going)
     if not size > (1.0 - LOST) * shown.command:
         going, size = begun, shown.command
     found: list[Remains] = []
     for cause in CAUSES:
         ended = any(one.cause == cause.name and one.ends for one in found)
-        one = None if ended else without(going, cause, size)
+        one = None if ended else remains_without(going, cause, size)
         found += [] if one is None else [one]
     return tuple(found)
 
 
-def continued(loop: Loop, frequency: float) -> Loop:
+def continued_loop(loop: Loop, frequency: float) -> Loop:
     """The loop from the end of its run on, for the same time or a thousand cycles."""
     period, duration = loop.simulation.period, loop.simulation.duration
     whole = period * round(duration / period)
@@ -283,19 +282,19 @@ def continued(loop: Loop, frequency: float) -> Loop:
     )
 
 
-def without(loop: Loop, cause: Cause, size: float) -> Remains | None:
+def remains_without(loop: Loop, cause: Cause, size: float) -> Remains | None:
     """What is left of a swing of ``size`` [V] without a cause; None where the loop has none of that kind."""
     changed = cause.without(loop)
     if changed is None:
         return None
     try:
-        command = left(changed)
+        command = remaining_amplitude(changed)
     except HydroservoError:  # a law that has no design at the shorter period
         command = math.nan
     return Remains(cause.name, cause.phrase, command, command <= (1.0 - LOST) * cause.scale * size)
 
 
-def left(loop: Loop) -> float:
+def remaining_amplitude(loop: Loop) -> float:
     """The amplitude of the command at the end of a run [V]; nan where it diverged.
 
     It is that of a sustained oscillation; where the run is too short to tell, that of all that is no trend.

@@ -12,9 +12,9 @@ from hydroservo.core.block import leaves
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.identification.experiment import Experiment, kernel_for
 from hydroservo.identification.log import OUTPUTS
-from hydroservo.identification.observer import CORRECTED, PUSH, Observer, fading_gain, rows_of
-from hydroservo.identification.problem import FAR, Problem, Unknown, columns_at, delay_of
-from hydroservo.identification.search import Report, Solution, Weights, first_weights, settled
+from hydroservo.identification.observer import CORRECTED, PUSH, LogObserver, fading_gain, memory_rows
+from hydroservo.identification.problem import FAR, Problem, UnknownNumber, columns_at, delay_of
+from hydroservo.identification.search import Report, Solution, Weights, first_weights, settle_weights
 
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes
@@ -26,20 +26,13 @@ DESIGNS = 2  # of observers, the second at what the first gave
 Matrix = NDArray[np.float64]
 
 
-class Linear(NamedTuple):
-    """The mean linear machine over a log, in units of its states' spreads.
+class LinearMachine(NamedTuple):
+    """The mean linear machine over a log, in units of its states' spreads."""
 
-    Attributes:
-        transition: of the states and the unknown force over a sample, shape (n, n).
-        seen: of all signals at it, shape (signals, n), in SI units.
-        spreads: of the states and the force, shape (n,), in SI units.
-        paths: of the states that change, and of the force.
-    """
-
-    transition: Matrix
-    seen: Matrix
-    spreads: Matrix
-    paths: Sequence[str]
+    transition: Matrix  # of the states and the unknown force over a sample, shape (n, n)
+    seen: Matrix  # of all signals at it, shape (signals, n), in SI units
+    spreads: Matrix  # of the states and the force, shape (n,), in SI units
+    paths: Sequence[str]  # of the states that change, and of the force
 
 
 def best_prediction(
@@ -52,18 +45,20 @@ def best_prediction(
     """
     best = simulated
     for number in range(DESIGNS):
-        problem = predicting(problem, best.x, horizon)
+        problem = prediction_problem(problem, best.x, horizon)
         best = best._replace(x=np.append(best.x, problem.usual[best.x.size :]))
-        best = settled(problem, best, partial(of_design, report, number))
+        best = settle_weights(problem, best, partial(report_design, report, number))
     return problem, best
 
 
-def of_design(report: Report, number: int, part: float) -> None:
+def report_design(report: Report, number: int, part: float) -> None:
     """Report what is done with one of the designs."""
     report((number + part) / DESIGNS)
 
 
-def predicting(problem: Problem, x: Matrix, horizon: float, weights: Weights | None = None) -> Problem:
+def prediction_problem(
+    problem: Problem, x: Matrix, horizon: float, weights: Weights | None = None
+) -> Problem:
     """The same problem with predictions in place of simulations.
 
     An observer lets each simulated machine follow what was measured, and an unknown force on the rod with
@@ -75,18 +70,12 @@ def predicting(problem: Problem, x: Matrix, horizon: float, weights: Weights | N
     that of least squares which forget within the horizon, for the machine at ``x``, linearised along the log;
     it stays as it is while parameters are sought.
 
-    Args:
-        problem: of simulations.
-        x: the point at which observers are designed.
-        horizon: the time in which a prediction forgets what was measured before [s].
-        weights: of each signal; None takes its noise.
-
     Source: Ljung, System Identification, 1999, secs. 3.2 and 4.3 (predictions with an observer's gain).
     Fails to be free of bias where noise is large and the horizon is of a few samples, for the gain is not
     that which this noise asks for; and follows an unknown force no faster than the horizon.
     """
     weights = weights or first_weights(problem)
-    found = [observed(problem, i, x, weights, horizon) for i in range(len(problem.experiments))]
+    found = [with_observer(problem, i, x, weights, horizon) for i in range(len(problem.experiments))]
     known = [one.key for one in problem.unknowns]
     begun = [] if PUSH in known else [force_at_start(one, i) for i, one in enumerate(found)]
     return problem._replace(
@@ -96,16 +85,16 @@ def predicting(problem: Problem, x: Matrix, horizon: float, weights: Weights | N
     )
 
 
-def force_at_start(one: Experiment, number: int) -> Unknown:
+def force_at_start(one: Experiment, number: int) -> UnknownNumber:
     """The force at the start of a segment by which the scenario's load is wrong.
 
     Were it not sought, the observer would take some horizons to find it, and all else would make up for that.
     """
     force = 1.0 if one.observer is None else one.observer.force
-    return Unknown(f"force at {one.segment.start:g} s", "start", number, PUSH, force, -FAR, FAR)
+    return UnknownNumber(f"force at {one.segment.start:g} s", "start", number, PUSH, force, -FAR, FAR)
 
 
-def observed(problem: Problem, number: int, x: Matrix, weights: Weights, horizon: float) -> Experiment:
+def with_observer(problem: Problem, number: int, x: Matrix, weights: Weights, horizon: float) -> Experiment:
     """An experiment with its observer."""
     one = problem.experiments[number]
     segment = one.segment
@@ -114,7 +103,7 @@ def observed(problem: Problem, number: int, x: Matrix, weights: Weights, horizon
         raise ParameterError("horizon", horizon, wanted)
     varied = (*(path for path in one.varied if path != PUSH), PUSH)
     plain = one._replace(varied=varied, observer=None)
-    machine = linear(problem, plain, number, x, horizon)
+    machine = linear_machine(problem, plain, number, x, horizon)
     names = list(OUTPUTS)
     places = [names.index(name) for name in segment.measured]
     noise = np.array([1.0 / weights[segment.log, name] for name in segment.measured])
@@ -127,10 +116,12 @@ def observed(problem: Problem, number: int, x: Matrix, weights: Weights, horizon
         measured[:, place] = values
     whole = round(x[delay_of(problem, segment.log)])
     force = float(machine.spreads[-1]) * horizon / segment.period
-    return plain._replace(observer=Observer(measured, machine.paths, gain, whole, force))
+    return plain._replace(observer=LogObserver(measured, machine.paths, gain, whole, force))
 
 
-def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: float) -> Linear:
+def linear_machine(
+    problem: Problem, one: Experiment, number: int, x: Matrix, horizon: float
+) -> LinearMachine:
     """The mean of the machine's slopes over a log, by differences in lanes beside each other."""
     from hydroservo.engine.lane_traces import monitor_traces
     from hydroservo.engine.lanes import LANES
@@ -138,7 +129,7 @@ def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: f
     kernel, started = kernel_for(one, columns_at(problem, x[np.newaxis], number))
     samples, period = one.segment.samples, one.segment.period
     states = [path for path, _ in leaves(kernel.state) if path.startswith(CORRECTED)]
-    run = Followed(kernel, states, np.zeros(len(states)))
+    run = StateFollower(kernel, states, np.zeros(len(states)))
     monitor_traces(kernel, started, samples, period, run.keep)
     own = np.std(run.states, axis=0)
     if not np.isfinite(own).all():
@@ -147,7 +138,7 @@ def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: f
     if len(paths) >= LANES:
         raise HydroservoError(f"{len(paths)} states are too many for an observer; simulate instead")
     spreads = np.array([*own[own > 0.0], 1.0])  # of the force, to begin with
-    run = Followed(kernel, paths, NUDGE * spreads)
+    run = StateFollower(kernel, paths, NUDGE * spreads)
     shown = monitor_traces(kernel, started, samples, period, run.nudge)
     seen = (shown[1:, :, 1 : 1 + len(paths)] - shown[1:, :, :1]).mean(axis=0) / NUDGE
     transition = run.slopes / (samples - 1) / (NUDGE * spreads[:, np.newaxis])
@@ -158,14 +149,14 @@ def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: f
     transition[:, -1] *= force
     transition[-1] /= force
     seen[:, -1] *= force
-    return Linear(transition, seen, np.array([*spreads[:-1], force]), paths)
+    return LinearMachine(transition, seen, np.array([*spreads[:-1], force]), paths)
 
 
-class Followed:
+class StateFollower:
     """States of lanes after each sample, and how those that are nudged before it come apart."""
 
     def __init__(self, kernel: "CompiledLanes", paths: Sequence[str], nudges: Matrix) -> None:
-        self.layout, self.rows, self.nudges = kernel.layout, rows_of(kernel, paths), nudges
+        self.layout, self.rows, self.nudges = kernel.layout, memory_rows(kernel, paths), nudges
         self.states: list[Matrix] = []
         self.slopes = np.zeros((len(paths), len(paths)))
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from hydroservo import ops
-from hydroservo.linear.duals import Dual, dual_ops
-from hydroservo.linear.slopes import slopes
+from hydroservo.linear.slopes import Dual, dual_ops, slopes
 
 TWIN = dual_ops()
 FUNCTIONS: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {

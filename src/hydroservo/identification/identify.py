@@ -10,23 +10,19 @@ from hydroservo.core.command_scale import commands_in
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.validation import number, whole_number
 from hydroservo.identification.conclusions import remarks_of
+from hydroservo.identification.effects import effects_left_out
 from hydroservo.identification.experiment import LOAD
-from hydroservo.identification.left_out import left_out
-from hydroservo.identification.log import EXTERNAL_FORCE, Given, Log, log_mapping, read_logs
+from hydroservo.identification.log import EXTERNAL_FORCE, LogSource, SignalLog, log_mapping, read_logs
 from hydroservo.identification.log_check import check_balance, check_positions, stroke_of
-from hydroservo.identification.one_step import best_prediction
-from hydroservo.identification.problem import (
-    DELAY,
-    Problem,
-    lie_at_ends,
-)
-from hydroservo.identification.problem_setup import problem_of, uncertain_numbers
-from hydroservo.identification.quality import held_out, log_fits
+from hydroservo.identification.prediction import best_prediction
+from hydroservo.identification.problem import DELAY, Problem, lie_at_ends
+from hydroservo.identification.problem_setup import fit_problem, uncertain_numbers
+from hydroservo.identification.quality import held_out_errors, log_fits
 from hydroservo.identification.regression import NORMAL
-from hydroservo.identification.result import Estimate, Fitted, Identified, tables_or_remark
-from hydroservo.identification.search import Report, Solution, best_fit, misfit
-from hydroservo.identification.segments import Understood, understood
-from hydroservo.identification.uncertainty import Uncertainty, identifiable, uncertainty
+from hydroservo.identification.result import Estimate, FittedProblem, Identified, tables_or_remark
+from hydroservo.identification.search import Report, Solution, best_fit, misfit_at
+from hydroservo.identification.segments import UnderstoodLog, understand_log
+from hydroservo.identification.uncertainty import Uncertainty, are_identifiable, uncertainty
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.scenario.load import Assembly, MachineBlocks, assemble
 from hydroservo.scenario.parameter_draws import Variation, variations
@@ -45,7 +41,7 @@ STROKE = "plant.stroke"
 @shows_progress
 def identify(
     source: str | Path,
-    logs: Given | Sequence[Given],
+    logs: LogSource | Sequence[LogSource],
     ranges: Mapping[str, str | tuple[float, float]],
     *,
     changes: Mapping[str, object] | None = None,
@@ -99,7 +95,7 @@ def identify(
     """
     asked = as_entries(checked_mapping("ranges", ranges, "paths to ranges"))
     given = [logs] if isinstance(logs, str | Path | Mapping) else list(logs)
-    return identified(
+    return identify_entries(
         source,
         given,
         asked,
@@ -112,9 +108,9 @@ def identify(
     )
 
 
-def identified(
+def identify_entries(
     source: str | Path,
-    logs: Sequence[Given],
+    logs: Sequence[LogSource],
     ranges: Mapping[str, TableEntry],
     changes: Mapping[str, object],
     plugins: Sequence[str | Path],
@@ -131,24 +127,25 @@ def identified(
     assembly = assemble(source, changes, plugins)
     all_ranges = {**assembly.log_ranges, **ranges}
     delays = both_ends(all_ranges[DELAY], LATE, None) if DELAY in all_ranges else None
-    varied = sought(assembly, {path: entry for path, entry in all_ranges.items() if path != DELAY})
-    taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
-    check_positions(taken, longest_stroke(assembly, varied))
+    varied = sought_variations(assembly, {path: entry for path, entry in all_ranges.items() if path != DELAY})
+    taken = [understand_log(one, i) for i, one in enumerate(read_scenario_logs(logs, assembly))]
+    strokes = [one.high for one in varied if one.path == STROKE]
+    check_positions(taken, max([stroke_of(assembly.loop.plant), *strokes]))
     check_loads(taken, varied)
     check_balance(taken, assembly.loop, driven=False)
     idle = [LOAD] if forces_recorded(taken) else []
     freed = uncertain_numbers(assembly, varied, idle) if horizon is None else []
-    problem = problem_of(assembly, varied, freed, taken, threads, delays)
-    problem, best = solved(problem, seed, horizon, report)
-    shown = misfit(problem, best.x, best.weights)
+    problem = fit_problem(assembly, varied, freed, taken, threads, delays)
+    problem, best = solve_problem(problem, seed, horizon, report)
+    shown = misfit_at(problem, best.x, best.weights)
     sure = uncertainty(problem, shown, seed)
     report(0.9)
-    met = log_fits(problem, best, sure, taken, held_out(problem, best), assembly.loop.sensors)
+    met = log_fits(problem, best, sure, taken, held_out_errors(problem, best), assembly.loop.sensors)
     logs_met = [fit._replace(horizon=horizon) for fit in met]
     fits = not any(one.problem for fit in logs_met for one in fit.signals.values())
-    every = estimates(assembly, problem, best, sure, fits=fits)
+    every = parameter_estimates(assembly, problem, best, sure, fits=fits)
     parameters = {one.path: every[one.path] for one in varied}
-    effects = [] if fits else left_out(problem, best, shown)
+    effects = [] if fits else effects_left_out(problem, best, shown)
     remarks = remarks_of(problem, parameters, sure, logs_met, effects)
     count = len(parameters)
     tables, problems = tables_or_remark(source, changes, plugins, every)
@@ -166,11 +163,13 @@ def identified(
         tables,
         best.evaluations,
         horizon,
-        Fitted(assembly, problem, best, sure),
+        FittedProblem(assembly, problem, best, sure),
     )
 
 
-def solved(problem: Problem, seed: int, horizon: float | None, report: Report) -> tuple[Problem, Solution]:
+def solve_problem(
+    problem: Problem, seed: int, horizon: float | None, report: Report
+) -> tuple[Problem, Solution]:
     """The numbers with which least is left of a simulation, or of predictions with their observer."""
     report(0.05)
     share = 0.75 if horizon is None else 0.35
@@ -180,7 +179,7 @@ def solved(problem: Problem, seed: int, horizon: float | None, report: Report) -
     return best_prediction(problem, best, horizon, lambda part: report(0.4 + 0.4 * part))
 
 
-def sought(assembly: Assembly, ranges: Mapping[str, TableEntry]) -> list[Variation]:
+def sought_variations(assembly: Assembly, ranges: Mapping[str, TableEntry]) -> list[Variation]:
     """What is sought."""
     if not ranges:
         problem = (
@@ -196,7 +195,7 @@ def sought(assembly: Assembly, ranges: Mapping[str, TableEntry]) -> list[Variati
     return variations(assembly, ranges)
 
 
-def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
+def read_scenario_logs(logs: Sequence[LogSource], assembly: Assembly) -> list[SignalLog]:
     """The logs."""
     with commands_in(assembly.loop.command):
         every = read_logs(logs, log_mapping(assembly.log_columns))
@@ -209,7 +208,7 @@ def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
     return every
 
 
-def check_loads(taken: Sequence[Understood], varied: Sequence[Variation]) -> None:
+def check_loads(taken: Sequence[UnderstoodLog], varied: Sequence[Variation]) -> None:
     """Refuse to seek a load in logs of which each recorded the force in its place."""
     if forces_recorded(taken):
         for one in varied:
@@ -218,18 +217,12 @@ def check_loads(taken: Sequence[Understood], varied: Sequence[Variation]) -> Non
                 raise ScenarioError(one.entry.origin.name, one.path, problem)
 
 
-def forces_recorded(taken: Sequence[Understood]) -> bool:
+def forces_recorded(taken: Sequence[UnderstoodLog]) -> bool:
     """Whether each log recorded the force in the place of the load."""
     return all(EXTERNAL_FORCE in one.inputs for log in taken for one in log.segments)
 
 
-def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
-    """The stroke of the scenario's machine, or the longest that is sought [m]; inf without one."""
-    highest = [one.high for one in varied if one.path == STROKE]
-    return max([stroke_of(assembly.loop.plant), *highest])
-
-
-def estimates(
+def parameter_estimates(
     assembly: Assembly, problem: Problem, best: Solution, sure: Uncertainty, *, fits: bool
 ) -> dict[str, Estimate]:
     """The parameters with their intervals, which are even in the units of the search."""
@@ -240,7 +233,7 @@ def estimates(
         for sign in (-1.0, 0.0, 1.0)
     )
     ended = lie_at_ends(problem, best.x)[:count]
-    told = fits & ~ended & identifiable(problem, best.x, best.weights, sure)
+    told = fits & ~ended & are_identifiable(problem, best.x, best.weights, sure)
     wider = sure.resampled / sure.deviations
     found = {}
     for i, path in enumerate(problem.space.ranges):

@@ -12,8 +12,8 @@ from scipy.signal import csd, freqz, lfilter
 from hydroservo import Loop, bode, linearize, load_scenario, replace, simulate
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.figures.bode import plot_bode
-from hydroservo.identification.recorded import welch, window_for, with_logs
-from hydroservo.linear.measured import EXCITATIONS, EXCITED, Experiment, prepared
+from hydroservo.identification.log_responses import welch, window_for, with_logs
+from hydroservo.linear.measurement import EXCITATIONS, EXCITED, ExcitationPlan, excited_loop
 from hydroservo.linear.operating_point import operating_point
 
 PATHS = {"command [V]": "controller.u", "velocity [m/s]": "controlled.value", "w [mm/s]": "reference.value"}
@@ -27,11 +27,11 @@ def rig() -> Loop:
 def bench(path: Path, excited: str, amplitude: float) -> Path:
     """A log of the rig with noise on its velocity, excited by 200 tones."""
     loop = rig()
-    plan = Experiment(np.arange(2, 802, 4), 2000, 9, 1, seed=0)
+    plan = ExcitationPlan(np.arange(2, 802, 4), 2000, 9, 1, seed=0)
     phases = np.random.default_rng(1).uniform(0.0, 2.0 * math.pi, 200)
     make = EXCITATIONS["multisine"]
     given = {name: make(plan, 1e-3, amplitude if name == excited else 0.0, phases) for name in EXCITED}
-    data = simulate(prepared(loop, operating_point(loop, None), given, plan), record=[*PATHS.values()])
+    data = simulate(excited_loop(loop, operating_point(loop, None), given, plan), record=[*PATHS.values()])
     columns = {"time [s]": data["time"].values, **{key: data[one].values for key, one in PATHS.items()}}
     columns["velocity [m/s]"] = columns["velocity [m/s]"] + np.random.default_rng(2).normal(
         0.0, 1e-5, data["time"].size

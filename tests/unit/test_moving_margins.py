@@ -6,16 +6,20 @@ import pytest
 
 from hydroservo import load_scenario, replace
 from hydroservo.control.loop import Loop
-from hydroservo.linear.places import sliding
-from hydroservo.linear.trusted import Trusted, agrees, trusted_margins
-from hydroservo.linear.view import smoothest
+from hydroservo.linear.moving_margins import (
+    TrustedMargins,
+    agrees_with_onset,
+    trusted_margins,
+    without_hysteresis,
+)
+from hydroservo.linear.view import smoothest_point
 from hydroservo.runs.arguments import checked_loop
 from tests.support.brink import at_the_brink
 
 
-def trusted(loop: Loop, onset: float, command: float | None = None) -> Trusted:
+def trusted(loop: Loop, onset: float, command: float | None = None) -> TrustedMargins:
     loop = checked_loop(loop)
-    point, judged, _ = smoothest(loop, command, None)
+    point, judged, _ = smoothest_point(loop, command, None)
     return trusted_margins(point, judged, loop, onset)
 
 
@@ -35,7 +39,7 @@ def trusted(loop: Loop, onset: float, command: float | None = None) -> Trusted:
 def test_a_gain_margin_agrees_with_an_onset_within_a_decibel_and_a_half(
     margin: float, onset: float, said: bool
 ) -> None:
-    assert agrees(margin, onset) is said
+    assert agrees_with_onset(margin, onset) is said
 
 
 def test_a_smooth_loop_whose_runs_agree_has_its_own_margins() -> None:
@@ -63,4 +67,4 @@ def test_a_law_without_slopes_has_no_margins_and_names_what_takes_them() -> None
 
 def test_only_hysteresis_slides() -> None:
     loop = load_scenario("axis/position")
-    assert sliding(loop) == replace(loop, {"valve.hysteresis": 0.0})
+    assert without_hysteresis(loop) == replace(loop, {"valve.hysteresis": 0.0})

@@ -1,4 +1,4 @@
-"""Frequency responses measured on the nonlinear simulation, by many tones at once or by a chirp."""
+"""Frequency responses and margins measured on the nonlinear simulation, by tones or a chirp."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -11,8 +11,9 @@ from hydroservo.control.loop import Loop
 from hydroservo.control.monitors import PistonTravel
 from hydroservo.core.block import Block, leaves
 from hydroservo.core.errors import ParameterError
+from hydroservo.core.formatting import number
 from hydroservo.core.group import nested
-from hydroservo.linear.excitation import Chirp, Excited, ExcitedDemand, PushedLoad, Tones
+from hydroservo.linear.excitation import ExcitationChirp, Excited, ExcitedDemand, PushedLoad, Tones
 from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.cautions import quietly
@@ -31,33 +32,25 @@ DEMAND, FORCE = "reference.value", "load.force"
 ADDED = "added"  # to the command, what is given less what is asked for
 LEAST_POWER = 1e-300
 BELOW, ABOVE, HIGHEST = 0.5, 1.1, 0.98  # a chirp's ends by those of the tones, and of Nyquist's frequency
+COHERENT = 0.9  # of the tones on both sides of a crossover, at least
 
 
-class Experiment(NamedTuple):
-    """How a loop is excited.
+class ExcitationPlan(NamedTuple):
+    """How a loop is excited."""
 
-    Attributes:
-        harmonics: numbers of the tones among those of the period, rising, shape (tones,).
-        period: of all tones together, in samples.
-        periods: that are heard, after one in which the loop settles.
-        realisations: each with phases of its own, drawn at random.
-        seed: of the draws.
-        excitation: "multisine", all tones at once, or "chirp", one that passes them.
-    """
-
-    harmonics: NDArray[np.int64]
-    period: int
-    periods: int
-    realisations: int
-    seed: int
-    excitation: str = "multisine"
+    harmonics: NDArray[np.int64]  # numbers of the tones among those of the period, rising, shape (tones,)
+    period: int  # of all tones together, in samples
+    periods: int  # that are heard, after one in which the loop settles
+    realisations: int  # each with phases of its own, drawn at random
+    seed: int  # of the draws
+    excitation: str = "multisine"  # "multisine", all tones at once, or "chirp", one that passes them
 
     def frequencies(self, sample_period: float) -> Vector:
         """Of the tones [rad/s]."""
         return np.asarray(2.0 * np.pi * self.harmonics / (self.period * sample_period))
 
 
-class Heard(NamedTuple):
+class ToneSpectra(NamedTuple):
     """Spectra of signals at the tones, shape (realisations, periods, tones), by the signal's path."""
 
     spectra: dict[str, Response]
@@ -67,9 +60,9 @@ class Heard(NamedTuple):
         y, u = self.spectra[output], self.spectra[input_]
         return np.asarray((y * u.conj()).mean((0, 1)) / (np.abs(u) ** 2).mean((0, 1)))
 
-    def beside(self, name: str, spectrum: Response) -> "Heard":
+    def beside(self, name: str, spectrum: Response) -> "ToneSpectra":
         """With one more signal."""
-        return Heard(self.spectra | {name: spectrum})
+        return ToneSpectra(self.spectra | {name: spectrum})
 
     def coherence(self, output: str, input_: str) -> Vector:
         """|mean of Y U*|^2 by the means of |Y|^2 and |U|^2: below 1 by noise, and by what is not linear."""
@@ -79,22 +72,19 @@ class Heard(NamedTuple):
         return np.asarray(cross / np.maximum(power, LEAST_POWER))
 
 
-def measured(
-    loop: Loop, point: OperatingPoint, excited: str, amplitude: float, plan: Experiment, also: Sequence[str]
-) -> Heard:
+def measure_spectra(
+    loop: Loop,
+    point: OperatingPoint,
+    excited: str,
+    amplitude: float,
+    plan: ExcitationPlan,
+    also: Sequence[str],
+) -> ToneSpectra:
     """What a loop answers to tones, about a point.
 
     It is simulated as it is, with noise and steps of resolution, from the point on. Each realisation draws
     its phases; a period passes before it is heard. Without noise the periods of one realisation are alike,
     and what differs between realisations is what is not linear.
-
-    Args:
-        loop: the loop.
-        point: where it stays.
-        excited: the command, the reference or the load.
-        amplitude: of each tone, or of the chirp, in the unit of that.
-        plan: the tones.
-        also: paths of states that are heard too.
 
     Source: Pintelon and Schoukens, System Identification, 2012, ch. 3 and 4 (best linear approximation).
     Fails to tell even distortions of a realisation's own phases from noise.
@@ -102,17 +92,21 @@ def measured(
     paths = [GIVEN, ASKED, SIGNAL, DEMAND, FORCE, *also]
     make = EXCITATIONS[plan.excitation]
     runs = []
-    for phases in drawn_phases(plan):
+    draw = np.random.default_rng(plan.seed)
+    for phases in draw.uniform(0.0, 2.0 * np.pi, (plan.realisations, plan.harmonics.size)):
         given = {name: silence() for name in EXCITED} | {
             excited: make(plan, loop.simulation.period, amplitude, phases)
         }
-        data = quietly(simulate)(prepared(loop, point, given, plan), record=paths, metrics=[PistonTravel()])
-        loop = stepping_as(loop, data)
+        data = quietly(simulate)(
+            excited_loop(loop, point, given, plan), record=paths, metrics=[PistonTravel()]
+        )
+        if "substeps" in data.attrs:  # another draw of phases moves its machine as fast
+            loop = with_substeps(loop, int(data.attrs["substeps"]))
         if data["diverged"] or data["stroke_left"]:
             what = "diverged" if data["diverged"] else out_of_stroke(point)
             raise ParameterError("amplitude", amplitude, f"the loop {what}")
-        runs.append([steady(data, path, point) for path in paths])
-    return heard(np.array(runs), paths, plan)
+        runs.append([without_growth(data, path, point) for path in paths])
+    return tone_spectra(np.array(runs), paths, plan)
 
 
 def out_of_stroke(point: OperatingPoint) -> str:
@@ -123,49 +117,38 @@ def out_of_stroke(point: OperatingPoint) -> str:
     )
 
 
-def stepping_as(loop: Loop, data: "xr.Dataset") -> Loop:
-    """A loop with the substeps that a run of it chose: another draw of phases moves its machine as fast."""
-    chosen = data.attrs.get("substeps")
-    return loop if chosen is None else with_substeps(loop, int(chosen))
-
-
 def silence() -> Tones:
     """Nothing, at no cost: a load is asked many times in each sample."""
     return Tones(0.0, np.empty(0), np.empty(0))
 
 
-def tones_of(plan: Experiment, sample_period: float, amplitude: float, phases: Vector) -> Tones:
+def tones_of(plan: ExcitationPlan, sample_period: float, amplitude: float, phases: Vector) -> Tones:
     """All tones at once."""
     return Tones(amplitude, plan.frequencies(sample_period), phases)
 
 
-def chirp_of(plan: Experiment, sample_period: float, amplitude: float, phases: Vector) -> Chirp:
+def chirp_of(plan: ExcitationPlan, sample_period: float, amplitude: float, phases: Vector) -> ExcitationChirp:
     """One that passes all tones in a period, the first phase its own."""
     w = plan.frequencies(sample_period)
     highest = min(ABOVE * float(w[-1]), HIGHEST * math.pi / sample_period)
     period = plan.period * sample_period
     lowest = BELOW * float(w[0])
-    return Chirp(amplitude, lowest, math.log(highest / lowest), period, float(phases[0]))
+    return ExcitationChirp(amplitude, lowest, math.log(highest / lowest), period, float(phases[0]))
 
 
-EXCITATIONS: dict[str, Callable[[Experiment, float, float, Vector], Block]] = {
+EXCITATIONS: dict[str, Callable[[ExcitationPlan, float, float, Vector], Block]] = {
     "multisine": tones_of,
     "chirp": chirp_of,
 }
 
 
-def moving(plan: Experiment, commanded: Response) -> float:
-    """By how much the command moves, rms, about, for an amplitude of 1.
-
-    Args:
-        plan: the tones.
-        commanded: what a law asks for at each, by what is excited.
-    """
+def command_rms(plan: ExcitationPlan, commanded: Response) -> float:
+    """By how much the command moves, rms, about, for an amplitude of 1."""
     powers = 0.5 * np.abs(commanded) ** 2
     return math.sqrt(float(powers.mean() if plan.excitation == "chirp" else powers.sum()))
 
 
-def steady(data: "xr.Dataset", path: str, point: OperatingPoint) -> Vector:
+def without_growth(data: "xr.Dataset", path: str, point: OperatingPoint) -> Vector:
     """What was recorded at a path, without what it grows by about a point that moves."""
     growth = {SIGNAL: point.demand.rate, DEMAND: point.demand.rate}
     if "velocity" in point.machine.plant._fields:
@@ -173,13 +156,7 @@ def steady(data: "xr.Dataset", path: str, point: OperatingPoint) -> Vector:
     return np.asarray(data[path].values - growth.get(path, 0.0) * data["time"].values)
 
 
-def drawn_phases(plan: Experiment) -> Vector:
-    """A row of phases [rad] for each realisation."""
-    draw = np.random.default_rng(plan.seed)
-    return draw.uniform(0.0, 2.0 * np.pi, (plan.realisations, plan.harmonics.size))
-
-
-def prepared(loop: Loop, point: OperatingPoint, given: Mapping[str, Block], plan: Experiment) -> Loop:
+def excited_loop(loop: Loop, point: OperatingPoint, given: Mapping[str, Block], plan: ExcitationPlan) -> Loop:
     """The loop as it is excited, beginning at the point."""
     here, h = point.loop, loop.simulation.period
     share = float(getattr(here.hold, "delay", 0.0)) / h
@@ -200,16 +177,55 @@ def prepared(loop: Loop, point: OperatingPoint, given: Mapping[str, Block], plan
     )
 
 
-def heard(signals: NDArray[np.float64], paths: Sequence[str], plan: Experiment) -> Heard:
-    """The spectra of recorded signals at the tones.
-
-    Args:
-        signals: shape (realisations, signals, samples).
-        paths: of the signals.
-        plan: the tones; the first period is left out.
-    """
+def tone_spectra(signals: NDArray[np.float64], paths: Sequence[str], plan: ExcitationPlan) -> ToneSpectra:
+    """The spectra of recorded signals at the tones."""
     runs, count, _ = signals.shape
     whole = signals[:, :, plan.period : plan.period * (1 + plan.periods)]
     split = whole.reshape(runs, count, plan.periods, plan.period)
     lines = np.fft.rfft(split - split.mean(axis=-1, keepdims=True), axis=-1)[..., plan.harmonics]
-    return Heard({path: lines[:, i] for i, path in enumerate(paths)})
+    return ToneSpectra({path: lines[:, i] for i, path in enumerate(paths)})
+
+
+class Crossing(NamedTuple):
+    """A margin, and where it is from."""
+
+    margin: float  # a factor for the gain, [rad] for the phase; nan where there is none
+    frequency: float  # of the crossover [Hz]
+    remark: str  # why there is no margin; empty where there is one
+
+
+def measured_margins(data: "xr.Dataset") -> tuple[Crossing, Crossing]:
+    """The gain margin and the phase margin of a measured loop, with lines between its tones.
+
+    The least margin counts. One is given only where the tones on both sides of every crossover have a
+    coherence of 0.9.
+
+    Source: Astrom, Murray, Feedback Systems, 2008, sec. 9.3.
+    Fails for crossovers between two tones that cross twice.
+    """
+    response, coherence = data["open_measured"].values, data["open_coherence"].values
+    tones = data["tone"].values
+    with np.errstate(divide="ignore"):  # of a tone that nothing answers, whose coherence is 0
+        size = np.log(np.abs(response))
+    phase = np.unwrap(np.angle(response))
+    turned = np.sin(0.5 * phase + 0.5 * math.pi)  # 0 at -180 degrees, and every turn from there
+    gain = least_crossing(turned, -size, tones, coherence, "\N{MINUS SIGN}180\N{DEGREE SIGN}")
+    late = np.abs(np.remainder(phase, 2.0 * math.pi) - math.pi)
+    return (gain._replace(margin=math.exp(gain.margin)), least_crossing(size, late, tones, coherence, "0 dB"))
+
+
+def least_crossing(crossed: Vector, margin: Vector, tones: Vector, coherence: Vector, level: str) -> Crossing:
+    """The least margin above 0 where another number is 0, by lines over the logarithm of the frequency."""
+    found = []
+    for i in np.flatnonzero(np.sign(crossed[:-1]) * np.sign(crossed[1:]) < 0.0):
+        share = crossed[i] / (crossed[i] - crossed[i + 1])
+        frequency = float(tones[i] * (tones[i + 1] / tones[i]) ** share)
+        weakest = float(coherence[i : i + 2].min())
+        if weakest < COHERENT:
+            heard = f"coherence {weakest:.2f} at {number(frequency)} Hz"
+            return Crossing(math.nan, frequency, f"{heard}; try a larger --amplitude or another --band")
+        value = float(margin[i] + share * (margin[i + 1] - margin[i]))
+        if value > 0.0:
+            found.append(Crossing(value, frequency, ""))
+    none = Crossing(math.nan, math.nan, f"no tone near {level}: widen --band")
+    return min(found, key=lambda one: one.margin, default=none)

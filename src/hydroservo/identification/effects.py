@@ -14,11 +14,12 @@ from hydroservo.core.errors import HydroservoError
 from hydroservo.core.formatting import MINUS, number, quantity
 from hydroservo.core.roles import Load
 from hydroservo.core.signals import Demand, Measurement
-from hydroservo.identification.experiment import Experiment, predicted
+from hydroservo.identification.experiment import Experiment, predict_traces
 from hydroservo.identification.log import COMMAND, SIGNALS
-from hydroservo.identification.observer import shifted
+from hydroservo.identification.observer import shift_signals
 from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of, lie_at_ends
 from hydroservo.identification.search import Misfit, Solution
+from hydroservo.limits.command import PlaybackState
 from hydroservo.runs.run import ready
 from hydroservo.scenario.load import MachineBlocks
 
@@ -39,19 +40,12 @@ Changes = dict[Key, Vector]  # of residuals, per amount of an effect
 
 
 class Direction(NamedTuple):
-    """An effect as a signal that drives the machine beside what was recorded.
+    """An effect as a signal that drives the machine beside what was recorded."""
 
-    Attributes:
-        name: of the effect.
-        unit: of its amount; "" where that means nothing by itself.
-        values: per amount of 1, shape (n,).
-        positive: whether only an amount above 0 makes sense.
-    """
-
-    name: str
-    unit: str
-    values: Vector
-    positive: bool
+    name: str  # of the effect
+    unit: str  # of its amount; "" where that means nothing by itself
+    values: Vector  # per amount of 1, shape (n,)
+    positive: bool  # whether only an amount above 0 makes sense
 
 
 class DisturbedPlayback(NamedTuple):
@@ -62,20 +56,13 @@ class DisturbedPlayback(NamedTuple):
     which: Annotated[float, Field("", "number of the direction")] = 0.0
     amount: Annotated[float, Field("", "how much of it")] = 0.0
 
-    def init(self) -> "DisturbedState":
-        return DisturbedState(0.0, 0.0)
+    def init(self) -> PlaybackState:
+        return PlaybackState(0.0, 0.0)
 
-    def step(self, s: "DisturbedState", y: Measurement, r: Demand, dt: float) -> "DisturbedState":
+    def step(self, s: PlaybackState, y: Measurement, r: Demand, dt: float) -> PlaybackState:
         k = int(s.sample)
         u = float(self.commands[k]) + self.amount * float(self.directions[int(self.which), k])
-        return DisturbedState(u, s.sample + 1.0)
-
-
-class DisturbedState(NamedTuple):
-    """The last command, and the number of the next one."""
-
-    u: Annotated[float, Field("V", "command")]
-    sample: Annotated[float, Field("", "samples so far")]
+        return PlaybackState(u, s.sample + 1.0)
 
 
 class DisturbedLoad(NamedTuple):
@@ -95,7 +82,7 @@ class DisturbedLoad(NamedTuple):
         return self.load.next_jump(t)
 
 
-def disturbed(
+def disturbed_experiment(
     one: Experiment, machine: Loop, forces: Sequence[Direction], commands: Sequence[Direction]
 ) -> Experiment:
     """The experiment of a machine that takes a direction of force or command."""
@@ -104,10 +91,7 @@ def disturbed(
         np.ascontiguousarray(segment.inputs[COMMAND]), np.array([own.values for own in commands])
     )
     padded = np.array([np.append(own.values, own.values[-1]) for own in forces])
-    given = machine._replace(
-        controller=law,
-        load=DisturbedLoad(machine.load, padded, segment.period),
-    )
+    given = machine._replace(controller=law, load=DisturbedLoad(machine.load, padded, segment.period))
     varied = ("load.which", "load.amount", "controller.which", "controller.amount")
     return Experiment(segment, given, ready(given), {}, varied)
 
@@ -150,12 +134,12 @@ def backlash(command: Vector, width: float) -> Vector:
     return played
 
 
-def scale_of(own: Direction) -> float:
+def largest_value(own: Direction) -> float:
     """The largest value of a direction."""
     return max(float(np.abs(own.values).max()), 1e-300)
 
 
-class Effect(NamedTuple):
+class LeftOutEffect(NamedTuple):
     """An effect that a scenario leaves out, and how much of what the model misses it would explain.
 
     Attributes:
@@ -178,7 +162,7 @@ class Effect(NamedTuple):
         return f"{self.name}{amount} ({explained})".replace(MINUS, "-")
 
 
-def left_out(problem: Problem, best: Solution, found: Misfit) -> list[Effect]:
+def effects_left_out(problem: Problem, best: Solution, found: Misfit) -> list[LeftOutEffect]:
     """The effects that would explain most of the residuals, the largest share first.
 
     Each effect drives the machine a little beside what was recorded, as the motion found says it would: dry
@@ -187,18 +171,13 @@ def left_out(problem: Problem, best: Solution, found: Misfit) -> list[Effect]:
     residuals: a score test, in the direction of the effect. An unknown at an end of its range could do no
     more, and is an effect itself.
 
-    Args:
-        problem: what was sought.
-        best: where.
-        found: residuals and slopes there.
-
     Source: Rao, Mathematical Proceedings of the Cambridge Philosophical Society 44, 1948 (score tests).
     Fails for effects that change the motion much, which are not in proportion to their amount, and to name
     one that is not among those tried.
     """
     columns = beyond_ranges(problem, best, found)
     for i in range(len(problem.experiments)):
-        for part in (driven, of_numbers, of_sensors):
+        for part in (driving_changes, number_changes, sensor_changes):
             with suppress(HydroservoError):
                 for key, row in part(problem, best, found, i).items():
                     columns[key] = columns.get(key, 0.0) + row
@@ -223,7 +202,7 @@ def left_out(problem: Problem, best: Solution, found: Misfit) -> list[Effect]:
         amount = float(own @ missed) / size
         share = amount**2 * size / float(missed @ missed)
         if share > LEAST and (amount > 0.0 or not positive):
-            effect = Effect(name, amount if unit else math.nan, unit, share, alike=False)
+            effect = LeftOutEffect(name, amount if unit else math.nan, unit, share, alike=False)
             scores.append((effect, own / math.sqrt(size)))
     scores.sort(key=lambda score: -score[0].share)
     return [
@@ -242,28 +221,30 @@ def beyond_ranges(problem: Problem, best: Solution, found: Misfit) -> Changes:
     return rows
 
 
-def driven(problem: Problem, best: Solution, found: Misfit, number: int) -> Changes:
+def driving_changes(problem: Problem, best: Solution, found: Misfit, number: int) -> Changes:
     """What effects that drive the machine of a segment would change."""
-    one, machine = problem.experiments[number], machine_at(problem, best, number)
-    shown = predicted(one, columns_at(problem, best.x[np.newaxis], number), problem.threads)[:, :, 0]
+    one, machine = problem.experiments[number], loop_at(problem, best, number)
+    shown = predict_traces(one, columns_at(problem, best.x[np.newaxis], number), problem.threads)[:, :, 0]
     signals = {name: np.nan_to_num(shown[:, place]) for name, place in PLACES.items()}
     command = one.segment.inputs[COMMAND]
     forces = list(force_directions(one, signals))
     commands = list(command_directions(command, signals, one.segment.period))
     force = SMALL * max(float(np.abs(signals["hydraulic_force"]).max()), 1.0)
     volts = SMALL * max(float(np.abs(command).max()), 1e-3)
-    runs = [(float(k), force / scale_of(own), 0.0, 0.0) for k, own in enumerate(forces)]
-    runs += [(0.0, 0.0, float(k), volts / scale_of(own)) for k, own in enumerate(commands)]
-    playing = disturbed(one, machine, forces, commands)
+    runs = [(float(k), force / largest_value(own), 0.0, 0.0) for k, own in enumerate(forces)]
+    runs += [(0.0, 0.0, float(k), volts / largest_value(own)) for k, own in enumerate(commands)]
+    playing = disturbed_experiment(one, machine, forces, commands)
     lanes = dict(zip(playing.varied, np.array([(0.0, 0.0, 0.0, 0.0), *runs]).T, strict=True))
     keys = [(own.name, own.unit, own.positive) for own in (*forces, *commands)]
     amounts = [run[1] + run[3] for run in runs]
-    return changes(problem, best, found, number, playing, lanes, dict(zip(keys, amounts, strict=True)))
+    return changes_per_amount(
+        problem, best, found, number, playing, lanes, dict(zip(keys, amounts, strict=True))
+    )
 
 
-def of_numbers(problem: Problem, best: Solution, found: Misfit, number: int) -> Changes:
+def number_changes(problem: Problem, best: Solution, found: Misfit, number: int) -> Changes:
     """What other values of the machine's numbers that were not sought would change."""
-    machine = machine_at(problem, best, number)
+    machine = loop_at(problem, best, number)
     sought = columns_at(problem, best.x[np.newaxis], number)
     given = {
         path: value
@@ -280,10 +261,10 @@ def of_numbers(problem: Problem, best: Solution, found: Misfit, number: int) -> 
     for k, (path, value) in enumerate(given.items(), 1):
         lanes[path][k] = value * (1.0 + SMALL)
     amounts = {(f"a wrong {path}", "", False): SMALL for path in given}
-    return changes(problem, best, found, number, playing, lanes, amounts)
+    return changes_per_amount(problem, best, found, number, playing, lanes, amounts)
 
 
-def machine_at(problem: Problem, best: Solution, number: int) -> Loop:
+def loop_at(problem: Problem, best: Solution, number: int) -> Loop:
     """The loop that plays a segment, with what was found."""
     numbers = columns_at(problem, best.x[np.newaxis], number)
     loop: Loop = replace(
@@ -292,7 +273,7 @@ def machine_at(problem: Problem, best: Solution, number: int) -> Loop:
     return loop
 
 
-def changes(
+def changes_per_amount(
     problem: Problem,
     best: Solution,
     found: Misfit,
@@ -303,25 +284,18 @@ def changes(
 ) -> Changes:
     """What runs show otherwise than the first of them, per amount of their effect.
 
-    Args:
-        problem: what was sought.
-        best: where.
-        found: residuals there.
-        number: of the segment.
-        playing: what runs.
-        lanes: what differs between the runs, the first of which has no effect.
-        amounts: of the others, by effect.
+    The first of the runs in ``lanes`` has no effect; ``amounts`` are those of the others.
     """
-    traces = predicted(playing, lanes, problem.threads)
+    traces = predict_traces(playing, lanes, problem.threads)
     late = float(best.x[delay_of(problem, playing.segment.log)])
     rows = {}
     for k, (key, amount) in enumerate(amounts.items(), 1):
-        change = shifted(traces[:, :, k] - traces[:, :, 0], late) / amount
-        rows[key] = weighted(problem, best, found, number, change)
+        change = shift_signals(traces[:, :, k] - traces[:, :, 0], late) / amount
+        rows[key] = weighted_change(problem, best, found, number, change)
     return rows
 
 
-def of_sensors(problem: Problem, best: Solution, found: Misfit, number: int) -> Changes:
+def sensor_changes(problem: Problem, best: Solution, found: Misfit, number: int) -> Changes:
     """What a drift and a wrong scale of each sensor would change.
 
     The scale is that of the signal simulated, for the measured one's noise is in the residuals, too.
@@ -337,12 +311,12 @@ def of_sensors(problem: Problem, best: Solution, found: Misfit, number: int) -> 
         noise = found.residuals[found.rows[number, name]] / best.weights[segment.log, name]
         scale[:, place] = np.nan_to_num(segment.measured[name] - noise)
         unit = f"{SIGNALS[name].unit}/s"
-        rows[f"drift of {name}", unit, False] = weighted(problem, best, found, number, drift)
-        rows[f"a wrong scale of {name}", "", False] = weighted(problem, best, found, number, scale)
+        rows[f"drift of {name}", unit, False] = weighted_change(problem, best, found, number, drift)
+        rows[f"a wrong scale of {name}", "", False] = weighted_change(problem, best, found, number, scale)
     return rows
 
 
-def weighted(problem: Problem, best: Solution, found: Misfit, number: int, change: Vector) -> Vector:
+def weighted_change(problem: Problem, best: Solution, found: Misfit, number: int, change: Vector) -> Vector:
     """A change of all signals of a segment as residuals count it, shape (rows,)."""
     row = np.zeros(found.residuals.size)
     for (i, name), place in found.rows.items():
