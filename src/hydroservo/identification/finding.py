@@ -146,13 +146,13 @@ def log_finding(whole: UnderstoodLog, logs: Sequence[Path] = ()) -> Finding:
         rate_lines(numbers),
         [*whole.remarks, *lacks],
         [Table("signals", COLUMNS, signal_rows(numbers["signals"]), "The signals of the log.")],
-        [Picture("log", CAPTION, partial(draw_log, whole))],
+        [Picture("log", CAPTION, partial(draw_signals, whole))],
         numbers,
         logs=logs_of(logs),
     )
 
 
-def draw_log(whole: UnderstoodLog) -> "Plot":
+def draw_signals(whole: UnderstoodLog) -> "Plot":
     from hydroservo.figures.identified import plot_log
 
     return plot_log(whole)
@@ -318,7 +318,7 @@ def fit_pictures(identified: "Identified") -> Iterator[Picture]:
     for i, fit in enumerate(identified.logs, 1):
         name = fit.understood.log.name
         yield fit_picture(f"fit-{i}", fit)
-        yield Picture(f"log-{i}", f"How {name} was understood.", partial(draw_log, fit.understood))
+        yield Picture(f"log-{i}", f"How {name} was understood.", partial(draw_signals, fit.understood))
 
 
 def log_fit_finding(fit: "LogFit") -> Finding:

@@ -58,14 +58,14 @@ def bode_finding(data: "xr.Dataset", scenario: str = "", logs: Sequence[Path] = 
         [*stability_lines(margins), *summary_lines(data), *measured_lines(data), *log_lines(data)],
         warnings_of(data),
         [margins_table(point_headings(data), margins)],
-        [Picture("bode", BODE_CAPTION, lambda: draw_bode(data))],
+        [Picture("bode", BODE_CAPTION, lambda: draw_responses(data))],
         bode_numbers(data, scenario),
         origins=[origin_of(scenario, data.attrs)],
         logs=logs_of(logs),
     )
 
 
-def draw_bode(data: "xr.Dataset") -> "Plot":
+def draw_responses(data: "xr.Dataset") -> "Plot":
     from hydroservo.figures.bode import plot_bode
 
     return plot_bode(data)
