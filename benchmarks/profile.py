@@ -149,9 +149,9 @@ def counted() -> list[dict[str, int]]:
     from hydroservo.engine.lanes import LANES
 
     found: list[dict[str, int]] = []
-    make = machine_code.optimised
+    make = machine_code.optimise
 
-    def optimised(given: str, triple: str, machine: Any, strict: bool) -> Any:
+    def optimise(given: str, triple: str, machine: Any, strict: bool) -> Any:
         module = make(given, triple, machine, strict)
         text = str(machine.emit_assembly(module))
         register, width = ("zmm", 8) if "zmm" in text else ("ymm", 4)
@@ -161,7 +161,7 @@ def counted() -> list[dict[str, int]]:
         found.append({name: turns * count for name, count in Counter(map(kind, longest)).items()})
         return module
 
-    machine_code.optimised = optimised
+    machine_code.optimise = optimise
     return found
 
 
