@@ -20,7 +20,7 @@ from hydroservo.machine.drives import ValveOnSupply
 from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.sensors import IdealSensors
 from hydroservo.machine.starts import AsBuilt
-from hydroservo.runs.run import ready, with_metrics
+from hydroservo.runs.run import runnable_loop, with_metrics
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 
@@ -139,7 +139,7 @@ def axis() -> Loop:
     It moves along a ramp, and starts from given pressures.
     """
     loop = load_scenario(AXIS)
-    start = ready(loop).init().plant
+    start = runnable_loop(loop).init().plant
     plant = loop.plant._replace(start_pressure_a=start.pressure_a, start_pressure_b=start.pressure_b)
     move = Ramp(initial=0.05, final=0.25, rate=0.15, time=0.2)
     return loop._replace(

@@ -109,15 +109,16 @@ def measured(part: str) -> Section:
     from hydroservo.engine.kernel import CompiledRun
     from hydroservo.engine.lanes import LANES, CompiledLanes, LaneGroup
     from hydroservo.runs.fitting import first_state
-    from hydroservo.runs.run import ready, studied, wanted_of
+    from hydroservo.runs.kernels import recording_of, run_spec
+    from hydroservo.runs.run import runnable_loop
     from hydroservo.scenario import load_scenario
 
-    loop = ready(load_scenario(SCENARIO))
+    loop = runnable_loop(load_scenario(SCENARIO))
     state = first_state(loop)
-    wanted = wanted_of(loop, state, ())
+    wanted = recording_of(loop, state, ())
     operations = counted()
-    run = CompiledRun(studied(loop, SAMPLES), wanted, state, strict=False)
-    lanes = CompiledLanes(studied(loop, LANE_SAMPLES), wanted, state, tuple(SPREAD), strict=False)
+    run = CompiledRun(run_spec(loop, SAMPLES), wanted, state, strict=False)
+    lanes = CompiledLanes(run_spec(loop, LANE_SAMPLES), wanted, state, tuple(SPREAD), strict=False)
     group = LaneGroup(lanes, {path: drawn(loop, path, LANES) for path in SPREAD})
     single = best(lambda: run.advance(0, SAMPLES, PERIOD, SAMPLES, np.zeros((1, 0))), SAMPLES)
     side_by_side = best(lambda: group.advance(0, LANE_SAMPLES, PERIOD), LANE_SAMPLES * LANES)

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from hydroservo.studies.trials import Trials, difference
+from hydroservo.studies.trials import Trials, paired_difference
 
 Draw = Callable[[np.random.Generator, Any], NDArray[np.float64]]
 
@@ -92,6 +92,6 @@ def coverage(studies: int, conditions: int, spreads: Spreads, draw: Draw) -> flo
     held = 0
     for _ in range(studies):
         runs = trials(rng, {"a": 0.9, "b": 1.0}, conditions, spreads, draw)
-        found = difference(runs["a"].logs(), runs["b"].logs())
+        found = paired_difference(runs["a"].logs(), runs["b"].logs())
         held += bool(found.low <= np.log(0.9) <= found.high)
     return held / studies

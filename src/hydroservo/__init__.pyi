@@ -39,10 +39,10 @@ from hydroservo.machine import sensors as sensors
 from hydroservo.machine import starts as starts
 from hydroservo.machine import supplies as supplies
 from hydroservo.machine import valves as valves
-from hydroservo.runs.aims import Aim as Aim
 from hydroservo.runs.batch import simulate_batch as simulate_batch
-from hydroservo.runs.conditions import differences as differences
-from hydroservo.runs.conditions import winners as winners
+from hydroservo.runs.comparison import differences as differences
+from hydroservo.runs.comparison import winners as winners
+from hydroservo.runs.objective import Aim as Aim
 from hydroservo.runs.results import metrics_of as metrics_of
 from hydroservo.runs.results import save as save
 from hydroservo.runs.run import prepare_run as prepare_run
@@ -53,4 +53,4 @@ from hydroservo.scenario.parameter_draws import draws as draws
 from hydroservo.scenario.parameter_draws import run_of as run_of
 from hydroservo.scenario.ranges import relative as relative
 from hydroservo.scenario.tuning import tune as tune
-from hydroservo.studies.running import study as study
+from hydroservo.studies.study import study as study

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
     from hydroservo.linear import Linearization
     from hydroservo.runs.tuned import Tuned
     from hydroservo.show import Finding
-    from hydroservo.studies.running import Studied
+    from hydroservo.studies.study import StudyResult
 
-    Records: TypeAlias = Audit | Identified | LogFit | StaticMap | Limits | Linearization | Tuned | Studied
+    Records: TypeAlias = (
+        Audit | Identified | LogFit | StaticMap | Limits | Linearization | Tuned | StudyResult
+    )
     Runs = xr.Dataset | Sequence[xr.Dataset] | Mapping[str, xr.Dataset]
 
 WANTED = (
@@ -42,12 +44,12 @@ def finding(results: "Runs | Records") -> "Finding":
     Raises:
         ParameterError: they are none of these.
     """
-    if runs := several(results):
-        from hydroservo.runs.comparison_finding import comparison_finding
+    if runs := runs_by_name(results):
+        from hydroservo.runs.comparison import comparison_finding
 
         return comparison_finding([*runs.values()], [*runs], [*runs])
     if not is_result(results):
-        return record(results).finding()
+        return record_with_finding(results).finding()
     if "frequency" in results.dims:
         from hydroservo.linear.finding import bode_finding
 
@@ -61,17 +63,17 @@ def finding(results: "Runs | Records") -> "Finding":
     return batch_finding(results)
 
 
-def several(results: Any) -> "dict[str, xr.Dataset]":
+def runs_by_name(results: Any) -> "dict[str, xr.Dataset]":
     """Several runs by their names; none where it is something else."""
     if isinstance(results, Mapping) and not is_result(results):
         return dict(zip(map(str, results), checked_runs([*results.values()], "results"), strict=True))
     if isinstance(results, list | tuple) and not is_block(results):
         runs = checked_runs(results, "results")
-        return dict(zip(names_of(runs), runs, strict=True))
+        return dict(zip(run_names(runs), runs, strict=True))
     return {}
 
 
-def record(results: Any) -> "Records":
+def record_with_finding(results: Any) -> "Records":
     """A result that is a record, which says its finding itself."""
     if not hasattr(results, "finding"):
         raise ParameterError("results", results, WANTED)
@@ -105,10 +107,10 @@ def plot(results: "Runs | Records", metric: str | None = None) -> "Plot":
     from hydroservo.figures.bode import plot_bode
     from hydroservo.figures.run import plot_comparison, plot_run
 
-    if runs := several(results):
+    if runs := runs_by_name(results):
         return plot_comparison([*runs.values()], [*runs])
     if not is_result(results):
-        if pictures := record(results).finding().pictures:
+        if pictures := record_with_finding(results).finding().pictures:
             return pictures[0].draw()
         raise ParameterError("results", type(results).__name__, "has nothing that a picture shows")
     if "frequency" in results.dims:
@@ -123,9 +125,9 @@ def plot(results: "Runs | Records", metric: str | None = None) -> "Plot":
     return plot_batch(results, [name for name in numbers if name != "simulation.seed"], metric)
 
 
-def names_of(runs: "Sequence[xr.Dataset]") -> list[str]:
+def run_names(runs: "Sequence[xr.Dataset]") -> list[str]:
     """What each run's controller is called, numbered where it comes again."""
-    from hydroservo.runs.titles import controller_title
+    from hydroservo.runs.run_finding import controller_title
 
     types = [controller_title(run) for run in runs]
     again, met = Counter(types), Counter[str]()

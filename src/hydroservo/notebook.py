@@ -10,9 +10,6 @@ def show_results_in(shell: Any) -> None:
     """Have IPython show runs, tables of many and frequency responses by :func:`result_html`.
 
     Datasets of other origin look as ever, and xarray is not imported before there is one.
-
-    Args:
-        shell: IPython's, as ``get_ipython()`` returns it.
     """
     formatter = shell.display_formatter.formatters["text/html"]
     formatter.for_type_by_name("xarray.core.dataset", "Dataset", result_html)
@@ -27,13 +24,13 @@ def result_html(data: "xr.Dataset") -> str:
     from hydroservo.show.html import html_of
 
     whole = str(data._repr_html_())
-    if not is_whole(data):
+    if not has_all_it_says(data):
         return whole
     card = html_of(finding(data))
     return f"{card}<details><summary>data</summary>{whole}</details>"
 
 
-def is_whole(data: "xr.Dataset") -> bool:
+def has_all_it_says(data: "xr.Dataset") -> bool:
     """Whether a Dataset is a result with all that a finding needs."""
     from hydroservo.linear.margins import MARGIN_LABELS
     from hydroservo.runs.arguments import is_result

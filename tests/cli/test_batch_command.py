@@ -19,7 +19,7 @@ from hydroservo.cli.messages import progress_with_rate
 from hydroservo.control.metrics import declared_metrics, usual
 from hydroservo.runs.batch_finding import batch_finding, remarkable_run
 from hydroservo.runs.provenance import provenance, scenario_hash
-from hydroservo.runs.trace import judged
+from hydroservo.runs.trace import metric_attributes
 from hydroservo.scenario import load_scenario, parse_override
 from tests.support.commands.processes import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
 from tests.support.commands.runner import failed, hydroservo_, succeeded
@@ -179,7 +179,7 @@ def test_seeds_alone_vary_the_noise(tmp_path):
 
 
 def made_up(runs=10, lost=(), left=()):
-    about = {name: judged(field) for name, field in METRICS.items()}
+    about = {name: metric_attributes(field) for name, field in METRICS.items()}
     numbers = {name: ("run", np.linspace(1.0, 2.0, runs), about[name]) for name in NUMBERS}
     flags = {"diverged": lost, "stroke_left": left, "demand_jumps": ()}
     masks = {name: ("run", np.isin(np.arange(runs), which), about[name]) for name, which in flags.items()}

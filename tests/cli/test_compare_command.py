@@ -9,7 +9,7 @@ from hydroservo import Loop, Simulation, simulate
 from hydroservo.cli.run import short_names
 from hydroservo.control.references import Ramp, Sine, Square, Step
 from hydroservo.core.formatting import NONE
-from hydroservo.runs.comparison_finding import best_as_read
+from hydroservo.runs.comparison import best_as_read
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base
 from tests.support.commands.runner import SHORT, UNSTABLE, succeeded

@@ -74,7 +74,7 @@ def test_wrong_usage_is_one_line_that_names_the_help(args):
         (("run", "paper/sine-pi", "--out"), "option '--out' requires an argument (see"),
         (
             ("run", "paper/sine-pi", "--format", "cvs"),
-            f"'cvs' is not one of {', '.join(map(repr, map(str, results.Format)))}",
+            f"'cvs' is not one of {', '.join(map(repr, map(str, results.ResultFormat)))}",
         ),
         (
             ("run", "paper/sine-pi", "more"),

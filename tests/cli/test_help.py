@@ -13,7 +13,7 @@ import hydroservo
 from hydroservo.cli.commands import app
 from hydroservo.cli.options import WHERE, parse_ranges
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
-from hydroservo.studies.file import read_study, study_source
+from hydroservo.studies.spec_file import read_study, study_source
 from tests.support.bases import on_base
 from tests.support.commands.runner import PLUGIN, QUICK, SHORT, SMALL, failed, hydroservo_, succeeded
 from tests.support.needs import needs

@@ -20,7 +20,7 @@ from hydroservo.figures import style
 from hydroservo.runs import results
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
-from hydroservo.show.numbers import foreign_files
+from hydroservo.show.files import foreign_files
 from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.commands.runner import hydroservo_, succeeded
 
@@ -38,11 +38,11 @@ COMMANDS = [
     (RUN, "DIR", "report.html", "hydroservo.runs.run.simulate"),
     (COMPARE, "DIR", "metrics.json", "hydroservo.runs.run.simulate"),
     (BATCH, "runs.csv", "", "hydroservo.runs.batch.simulate_batch"),
-    (TUNE, "gains.toml", "", "hydroservo.runs.tuning.searched"),
+    (TUNE, "gains.toml", "", "hydroservo.runs.tuning.search_gains"),
     (("limit", "paper/sine-pi"), "DIR", "report.html", "hydroservo.limits.limit"),
     (("audit", "paper/sine-pi"), "DIR", "metrics.json", "hydroservo.audits.audit"),
-    (("study", "small"), "DIR", "study.json", "hydroservo.studies.running.do"),
-    (("study", "small"), "DIR", "report.html", "hydroservo.studies.running.do"),
+    (("study", "small"), "DIR", "study.json", "hydroservo.studies.study.do_units"),
+    (("study", "small"), "DIR", "report.html", "hydroservo.studies.study.do_units"),
     (("paper",), "DIR", "trajectories/sine-pi.nc", "hydroservo.papers.tsmc_eha_2021.study.run_study"),
     (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.products.proven_vectors"),
     (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.products.proven_vectors"),

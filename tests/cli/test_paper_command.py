@@ -29,7 +29,7 @@ def test_paper_runs_the_study_writes_the_report_and_shows_verdicts(tmp_path, mon
         return out / "report.html"
 
     monkeypatch.setattr(paper_study, "run_study", run_study)
-    monkeypatch.setattr(folder, "write_report", write_report)
+    monkeypatch.setattr(folder, "write_paper_report", write_report)
     text = succeeded("paper", "--out", tmp_path / "report")
     assert steps == [(Study, tmp_path / "report")]
     row = next(line for line in text.splitlines() if "All track" in line)

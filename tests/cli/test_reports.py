@@ -12,8 +12,8 @@ import pytest
 from hydroservo import load_scenario, simulate
 from hydroservo.figures.run import plot_comparison
 from hydroservo.figures.style import fit_width, style
-from hydroservo.show.latex import label
-from hydroservo.show.numbers import foreign_files
+from hydroservo.show.files import foreign_files
+from hydroservo.show.latex import latex_label
 from tests.support.commands.runner import QUICK, SHORT, failed, succeeded
 from tests.support.needs import needs
 from tests.support.reports import check_report, page, text_of
@@ -220,4 +220,4 @@ def test_figures_and_tables_are_set_by_a_latex_that_has_only_pgf_and_booktabs(tm
     ],
 )
 def test_labels_keep_their_maths_and_nothing_else_that_latex_would_read(text, tex):
-    assert label(text) == tex
+    assert latex_label(text) == tex

@@ -9,10 +9,10 @@ import hydroservo
 from hydroservo.control.metrics import declared_metrics, usual
 from hydroservo.core.formatting import NONE
 from hydroservo.runs import results, run_finding
-from hydroservo.runs.divergence import BEYOND
-from hydroservo.runs.results import Format
+from hydroservo.runs.kernels import BEYOND
+from hydroservo.runs.results import ResultFormat
 from hydroservo.scenario import load_scenario, scenario_source
-from hydroservo.show import numbers
+from hydroservo.show.files import json_value
 from tests.support.bases import on_base
 from tests.support.brink import brink_file
 from tests.support.commands.runner import PLUGIN, QUICK, SHORT, UNSTABLE, hydroservo_, succeeded
@@ -45,7 +45,7 @@ def test_json_is_one_object_with_the_numbers_of_the_library():
         "seed": 0,
         "diverged_by": "nothing",
         "warnings": [],
-        "metrics": numbers.plain(results.metrics_of(data)),
+        "metrics": json_value(results.metrics_of(data)),
     }
 
 
@@ -60,7 +60,7 @@ def test_compiled_and_interpreted_runs_say_the_same():
     assert compiled == succeeded("run", "paper/sine-pi", *QUICK, "--json")
 
 
-@pytest.mark.parametrize("form", Format)
+@pytest.mark.parametrize("form", ResultFormat)
 def test_out_gets_trajectory_metrics_and_plot(tmp_path, form):
     out = tmp_path / "a" / "b"
     text = succeeded("run", "paper/sine-pi", *QUICK, "--out", out, "--format", form)
@@ -143,9 +143,9 @@ def test_verdict_puts_divergence_first():
     lost = {"diverged": ((), True), "diverged_at": ((), 1.0), "stroke_left": ((), True)}
     run = hydroservo.simulate(load_scenario("paper/sine-pi", {"simulation.duration": 0.001}), compiled=False)
     run = run.assign(lost).assign_attrs(diverged_by="controller.u")
-    (line,) = run_finding.verdict(run)
+    (line,) = run_finding.run_verdict(run)
     assert str(line) == "The run diverged: controller.u stopped being finite at 1.00 s."
-    (line,) = run_finding.verdict(run.assign_attrs(diverged_by=f"plant.velocity {BEYOND} 100 m/s"))
+    (line,) = run_finding.run_verdict(run.assign_attrs(diverged_by=f"plant.velocity {BEYOND} 100 m/s"))
     assert str(line) == "The run diverged: plant.velocity left physical reach, beyond 100 m/s at 1.00 s."
 
 

@@ -12,7 +12,7 @@ from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.control.holds import DelayedHold
 from hydroservo.core.errors import ParameterError
 from hydroservo.runs.cautions.records import check_records
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario.role_checks import ROLES
 from hydroservo.testing.drawing import ORDINARY
 from tests.support.strategies import wired
@@ -36,7 +36,7 @@ def runs(loop: Loop) -> bool:
     """False where drawn numbers do not go together, as noises without a filter, or a record is unseen."""
     try:
         check_records(loop)
-        ready(loop)
+        runnable_loop(loop)
     except ParameterError:
         return False
     return True

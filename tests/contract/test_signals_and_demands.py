@@ -12,8 +12,8 @@ from hydroservo.core.block import value_at
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
-from hydroservo.runs.aims import Aim
 from hydroservo.runs.cautions import quietly
+from hydroservo.runs.objective import Aim
 from tests.support.export.agreement import assert_same_run
 from tests.support.export.fmus import parts_make_the_run, unpacked
 from tests.support.tiers import mostly

@@ -13,7 +13,7 @@ from hydroservo.core.block import is_block, leaves, model_in
 from hydroservo.engine.flat import block_shape
 from hydroservo.machine.plants import DesignModel
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.testing.case import bits
 from tests.support.equality import assert_same_block
 from tests.support.scenarios import LOOPS
@@ -66,9 +66,9 @@ def test_a_loop_made_of_objects_is_the_scenario_s(
     file = tmp_path / "loop.py"
     file.write_text(python_file(wanted), encoding="utf-8")
     made = runpy.run_path(str(file))["loop"]
-    assert block_shape(ready(made)) == block_shape(ready(wanted))
-    assert bits(ready(made)) == bits(ready(wanted))
-    assert scenario_hash(ready(made)) == scenario_hash(ready(wanted))
+    assert block_shape(runnable_loop(made)) == block_shape(runnable_loop(wanted))
+    assert bits(runnable_loop(made)) == bits(runnable_loop(wanted))
+    assert scenario_hash(runnable_loop(made)) == scenario_hash(runnable_loop(wanted))
     period = wanted.simulation.period
     short = {"simulation.duration": 20 * period, "simulation.record_period": period}
     results = [simulate(replace(loop, short), compiled=False) for loop in (made, wanted)]

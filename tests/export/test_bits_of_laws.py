@@ -14,7 +14,7 @@ from hydroservo.engine import flat
 from hydroservo.engine.compiling import compiled_function
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.testing.examples import example
 from hydroservo.testing.loops import signal_for
 from tests.support.export.agreement import same_bits
@@ -72,7 +72,7 @@ def column(path: str) -> int:
 def test_a_million_random_steps_of_each_law(name: str, tmp_path: Path) -> None:
     needs("gcc")
     law, simulation = LAWS[name], Simulation(period=PERIOD, duration=1.0)
-    loop = ready(example(Loop, simulation, controller=law, controls=signal_for(law)))
+    loop = runnable_loop(example(Loop, simulation, controller=law, controls=signal_for(law)))
     unit = exported_unit(loop, Part.CONTROLLER, prefix="law", title=name)
     rows = signals(STEPS)
     given = [column(signal.path) for one in unit.arguments for signal in one.signals]

@@ -8,7 +8,7 @@ import pytest
 from hydroservo import simulate
 from hydroservo.core.block import leaves
 from hydroservo.export.parts import Command, ControllerUnit, ExternalForce, MachineUnit
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario import load_scenario
 from tests.support.digests import digest, stored
 from tests.support.export.agreement import assert_same_run, run_in_c
@@ -48,7 +48,7 @@ def test_a_spool_with_notches_that_feeds_the_rod_side_back(shape: str, tmp_path:
 
 def test_controller_and_machine_in_turn_are_the_loop() -> None:
     changes = {"simulation.duration": "0.2 s", "simulation.record_period": "1 ms"}
-    loop = ready(load_scenario("rig/encoder-tsmc-sine", changes))
+    loop = runnable_loop(load_scenario("rig/encoder-tsmc-sine", changes))
     period = loop.simulation.period
     controller, machine = ControllerUnit(loop.controller, period), MachineUnit(loop, period)
     state, s = controller.init(), machine.init()

@@ -7,7 +7,7 @@ import pytest
 from hydroservo import Loop
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import CModule, Part, Precision
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.testing.examples import example
 from hydroservo.testing.loops import signal_for
 from tests.support.export.cases import limit_of, rows_of
@@ -44,4 +44,4 @@ def test_each_law_keeps_to_the_standard_while_it_is_watched(name: str, tmp_path:
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_begins_at_0_volts(name: str) -> None:
     loop = example(Loop, controller=LAWS[name], controls=signal_for(LAWS[name]))
-    assert ready(loop).controller.init().u == 0.0
+    assert runnable_loop(loop).controller.init().u == 0.0

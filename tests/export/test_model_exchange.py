@@ -18,7 +18,7 @@ from hydroservo.export.of_loop import exported_unit, nominal_size
 from hydroservo.export.unit import Part
 from hydroservo.machine.loads import Step
 from hydroservo.machine.plants import Cylinder
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 from tests.support.export.exchanges import Exchange, rk4
@@ -100,7 +100,7 @@ def test_cvode_agrees_with_the_simulation(stepped: Loop, version: FmiVersion, tm
 
 
 def test_rates_are_those_of_the_loop(version: FmiVersion, tmp_path: Path) -> None:
-    loop = ready(load_scenario("rig/excavator-link"))
+    loop = runnable_loop(load_scenario("rig/excavator-link"))
     data = simulate(load_scenario("rig/excavator-link", {"simulation.duration": "0.3 s"}), strict=True)
     state = loop.machine(loop.init())
     paths = [path for path, _ in leaves(state)]

@@ -7,13 +7,13 @@ import pytest
 
 from hydroservo import HydroservoWarning, Loop, ParameterError, Simulation, simulate_batch
 from hydroservo.cli.options import parse_ranges
-from hydroservo.runs.step_sizes import hardest
+from hydroservo.runs.columns import hardest_loop
 from hydroservo.scenario import assemble
 from hydroservo.scenario.parameter_draws import assembly_of_loop, variations
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.stored_batch import SampledBatch, Workers, simulate_in_parts, table_of_runs
 from hydroservo.testing.examples import example
-from hydroservo.work.doing import UnitsError
+from hydroservo.work.execution import UnitsError
 from tests.support.tiers import mostly
 from tests.support.work.units import contents
 
@@ -141,7 +141,7 @@ def test_the_hardest_run_is_the_same_in_parts():
         columns = {path: draws.choice([0.5, 1.0, 2.0, 4.0], 12) for path in ("plant.mass", "plant.damping")}
         for size in (1, 5, 12):
             parts = [{p: v[i : i + size] for p, v in columns.items()} for i in range(0, 12, size)]
-            assert hardest(loop, parts) == hardest(loop, [columns])
+            assert hardest_loop(loop, parts) == hardest_loop(loop, [columns])
 
 
 def test_a_number_that_is_the_loops_own_in_a_part_counts_there():
@@ -154,4 +154,4 @@ def test_a_number_that_is_the_loops_own_in_a_part_counts_there():
         {"plant.damping": other[:2]},
         {"plant.damping": other[2:], "plant.mass": masses[2:]},
     ]
-    assert hardest(loop, parts) == hardest(loop, [whole])
+    assert hardest_loop(loop, parts) == hardest_loop(loop, [whole])

@@ -16,8 +16,8 @@ from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.supplies import IdealSupply
 from hydroservo.machine.valves import NoValve
 from hydroservo.runs.batch import simulate_batch
-from hydroservo.runs.run import ready
-from hydroservo.runs.step_sizes import fastest
+from hydroservo.runs.run import runnable_loop
+from hydroservo.runs.step_sizes import fastest_rate
 from hydroservo.testing.examples import example
 from tests.support.tiers import mostly
 
@@ -79,7 +79,7 @@ def test_each_run_has_the_bits_of_its_single_run(name: str) -> None:
 
 
 def test_the_energy_drawn_is_that_of_the_shaft_and_of_the_replenishing_line() -> None:
-    loop = ready(PUMPED._replace(simulation=Simulation(0.02, 2e-5, 1, 2e-5)))
+    loop = runnable_loop(PUMPED._replace(simulation=Simulation(0.02, 2e-5, 1, 2e-5)))
     data = simulate(loop)
     drive, line = loop.drive, loop.supply.pressures(loop.supply.init())
     speed, u = data["drive.speed"].values[:-1], data["controller.u"].values[:-1]
@@ -95,7 +95,9 @@ def test_the_energy_drawn_is_that_of_the_shaft_and_of_the_replenishing_line() ->
 
 def test_the_fastest_motion_is_found_in_a_hose_too() -> None:
     """A short hose of little resistance: beta_e/V (1/R) of both its ends, and the valve's."""
-    quick = ready(NESTED._replace(drive=example(Hoses, volume_a=1e-7, resistance_a=1e9)))
-    slow = ready(NESTED._replace(drive=Hoses(1e-4, 1e-4, 1e11, 1e11, example(Hoses).oil)))
-    assert fastest(quick) == pytest.approx(example(Hoses).oil.effective_bulk_modulus / (1e-7 * 1e9), rel=0.05)
-    assert fastest(slow) < 0.01 * fastest(quick)
+    quick = runnable_loop(NESTED._replace(drive=example(Hoses, volume_a=1e-7, resistance_a=1e9)))
+    slow = runnable_loop(NESTED._replace(drive=Hoses(1e-4, 1e-4, 1e11, 1e11, example(Hoses).oil)))
+    assert fastest_rate(quick) == pytest.approx(
+        example(Hoses).oil.effective_bulk_modulus / (1e-7 * 1e9), rel=0.05
+    )
+    assert fastest_rate(slow) < 0.01 * fastest_rate(quick)

@@ -12,8 +12,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from hydroservo.work.doing import do
-from hydroservo.work.store import Store
+from hydroservo.work.execution import do_units
+from hydroservo.work.store import UnitStore
 from tests.support.commands.processes import needs_posix
 from tests.support.work.clusters import cluster, replaced
 from tests.support.work.units import MANIFEST, contents, units
@@ -29,7 +29,7 @@ MINE = {"DRIVER_OF": str(os.getpid())}  # in the environment of what these tests
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("undisturbed")
-    do(units(COUNT, seconds=0.0), Store(folder, MANIFEST, {"count": COUNT}), workers=1)
+    do_units(units(COUNT, seconds=0.0), UnitStore(folder, MANIFEST, {"count": COUNT}), workers=1)
     return contents(folder)
 
 

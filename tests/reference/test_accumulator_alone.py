@@ -3,7 +3,7 @@
 import pytest
 
 from hydroservo import simulate
-from hydroservo.runs.cautions.mismatches import mismatch_cautions
+from hydroservo.runs.cautions.loop import mismatch_cautions
 from tests.support.axes import commanded_axis, step
 
 CHARGED = {"start": {"given": {"supply.pressure": "210 bar"}}}

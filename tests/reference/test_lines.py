@@ -15,8 +15,8 @@ from hydroservo.machine.drives import Lines
 from hydroservo.machine.oils import AeratedOil, ConstantOil
 from hydroservo.machine.plants import Cylinder, LoadPressurePlant
 from hydroservo.machine.valves import NoEdges
-from hydroservo.runs.cautions.mismatches import mismatch_cautions
-from hydroservo.runs.run import complete
+from hydroservo.runs.cautions.loop import mismatch_cautions
+from hydroservo.runs.run import complete_loop
 from hydroservo.testing.examples import example
 from tests.support.axes import commanded_axis, step, viscous
 
@@ -154,7 +154,7 @@ def test_air_that_is_free_near_0_makes_no_more_cells() -> None:
 
 def test_a_plant_without_chambers_is_refused() -> None:
     with pytest.raises(ParameterError, match="Lines"):
-        complete(example(Loop, plant=example(LoadPressurePlant), drive=example(Lines)))
+        complete_loop(example(Loop, plant=example(LoadPressurePlant), drive=example(Lines)))
 
 
 def test_hoses_whose_oil_is_heavy_are_warned_of() -> None:

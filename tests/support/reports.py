@@ -11,7 +11,7 @@ from typing import Any
 
 import pandas as pd
 
-from hydroservo.show.numbers import METRICS, foreign_files
+from hydroservo.show.files import METRICS, foreign_files
 
 EMBEDDED = re.compile(r"base64,([^\"]*)")
 

@@ -14,7 +14,7 @@ from hydroservo.audits.monitors import CommandPeaksValues, LumpedValues
 from hydroservo.control.controllers import PI
 from hydroservo.core.assumptions import Assumption, Peak, above, below, near, per_second
 from hydroservo.core.block import model_in
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario import scenarios
 
 RUN = LumpedValues(16.7, 1.0, 1e4, 2.0, 8e3, 3.0, 50.0, 0.5, 1e5, 0.6, 5e4, 0.7)
@@ -29,7 +29,7 @@ def facts(
     commands: CommandPeaksValues | None = COMMANDS,
 ) -> LoopFacts:
     loop = load_scenario(name, changes or {})
-    begun = ready(loop)
+    begun = runnable_loop(loop)
     return LoopFacts(loop, begun, model_in(begun.controller), found, commands)
 
 
@@ -128,7 +128,7 @@ def every_block() -> Iterator[BlockAssumptions]:
     """The blocks of the laws of the built-in scenarios, and what each supposes."""
     for name in scenarios():
         if name.startswith("laws/") and name.endswith("sine"):
-            told = replace(facts(name), loop=ready(load_scenario(name)))
+            told = replace(facts(name), loop=runnable_loop(load_scenario(name)))
             yield from assumptions_in(told.loop.controller, told)
 
 

@@ -18,7 +18,7 @@ from hydroservo.core.signals import Demand, Measurement
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.machine.starts import AsBuilt
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base
@@ -100,10 +100,10 @@ def test_over_a_p_law_it_is_a_p_law_with_velocity_feedback() -> None:
 
 def test_the_nested_law_controls_the_velocity_whatever_the_loop_controls() -> None:
     loop = example(Loop, controller=example(Cascade), controls=Position())
-    law = ready(loop).controller
+    law = runnable_loop(loop).controller
     assert (type(law.controls), type(law.controller.controls)) == (Position, Velocity)
     assert type(wired(loop).controller.controls) is ThisSignal  # so that the loop may yet control another
-    law = ready(replace(wired(loop), {"controls": Force()})).controller
+    law = runnable_loop(replace(wired(loop), {"controls": Force()})).controller
     assert (type(law.controls), type(law.controller.controls)) == (Force, Velocity)
 
 
@@ -112,7 +112,7 @@ def test_a_law_for_velocities_alone_holds_a_position_inside() -> None:
     loop = example(Loop, controller=example(TSMC), controls=Position())
     with pytest.raises(ParameterError, match="controls the velocity, and here the position is controlled"):
         wired(loop)
-    law = ready(loop._replace(controller=example(Cascade, example(TSMC)))).controller
+    law = runnable_loop(loop._replace(controller=example(Cascade, example(TSMC)))).controller
     assert type(law.controls) is Position
 
 
@@ -200,7 +200,7 @@ def test_a_law_of_one_s_own_may_have_another_signal_inside() -> None:
             return self.controller.step(s, y, Demand(0.0, 0.0, 0.0), dt)
 
     loop = example(Loop, BRIEF, controller=OverForce(DAC(PI(1e-3))), controls=Position())
-    assert type(ready(loop).controller.controller.controller.controls) is Force
+    assert type(runnable_loop(loop).controller.controller.controller.controls) is Force
     assert field_at(loop, "controller.controller.controller.proportional_gain").unit == "V/N"
     assert "proportional_gain 0.001 V/N" in outline(loop)
 

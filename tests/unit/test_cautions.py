@@ -14,10 +14,8 @@ from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.machine.valves import StaticValve
 from hydroservo.runs.cautions import quietly, warnings_of, with_warning
-from hydroservo.runs.cautions.demands import late_caution
-from hydroservo.runs.cautions.every import own_cautions
-from hydroservo.runs.cautions.pressures import pressure_caution
-from hydroservo.runs.cautions.sizes import size_cautions
+from hydroservo.runs.cautions.loop import late_caution, own_cautions, size_cautions
+from hydroservo.runs.cautions.run import pressure_caution
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.testing.examples import example
 

@@ -8,7 +8,7 @@ import pytest
 
 from hydroservo import ParameterError
 from hydroservo.core.block import is_block, values
-from hydroservo.runs.columns import check_runs, looked_at
+from hydroservo.runs.columns import check_runs, fields_checked
 
 ASKED: list[Any] = []
 
@@ -85,7 +85,7 @@ ALL = {"low", "high", "name"}
     ],
 )
 def test_what_a_check_looks_at(kind: Callable[[], Any], fields: set[str]) -> None:
-    assert set(looked_at(kind())) == fields
+    assert set(fields_checked(kind())) == fields
 
 
 def test_each_run_is_asked_about_what_the_check_looks_at() -> None:

@@ -16,7 +16,7 @@ from hydroservo.export.parts import Command, ControllerUnit, ExternalForce, Mach
 from hydroservo.export.unit import Part
 from hydroservo.identification.log import read_log
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario import assemble, load_scenario
 from hydroservo.scenario.parameter_draws import draws
 from hydroservo.scenario.quantities import si_value
@@ -170,9 +170,9 @@ def test_a_column_in_ma_needs_no_scale(tmp_path):
 
 
 def test_a_controller_is_exported_with_its_command_in_ma():
-    volts, ma = (block_of(ready(loop_with(one)), Part.CONTROLLER) for one in (IN_VOLTS, IN_MA))
+    volts, ma = (block_of(runnable_loop(loop_with(one)), Part.CONTROLLER) for one in (IN_VOLTS, IN_MA))
     assert isinstance(volts, ControllerUnit)
-    measured = block_of(ready(loop_with(IN_VOLTS)), Part.MACHINE).init().measurement
+    measured = block_of(runnable_loop(loop_with(IN_VOLTS)), Part.MACHINE).init().measurement
     before, after = volts.init(), ma.init()
     for _ in range(5):
         before = volts.step(before, measured.with_command(before.u), Demand(0.25, 0.0, 0.0))
@@ -185,7 +185,7 @@ def test_a_controller_is_exported_with_its_command_in_ma():
 @pytest.mark.parametrize("hold", ["ZeroOrderHold", "DelayedHold"])
 def test_a_machine_is_exported_with_its_command_in_ma(hold):
     held = {"hold.type": hold} | ({"hold.delay": "0.5 ms"} if hold == "DelayedHold" else {})
-    volts, ma = (block_of(ready(loop_with(one | held)), Part.MACHINE) for one in (IN_VOLTS, IN_MA))
+    volts, ma = (block_of(runnable_loop(loop_with(one | held)), Part.MACHINE) for one in (IN_VOLTS, IN_MA))
     assert isinstance(volts, MachineUnit)
     before, after = volts.init(), ma.init()
     for command in (1.0, 2.0, -3.0):

@@ -14,8 +14,7 @@ from hydroservo.core.time_series import TimeSeries
 from hydroservo.machine.loads import Recorded
 from hydroservo.machine.loads import Square as SquareLoad
 from hydroservo.machine.valves import FirstOrderValve
-from hydroservo.runs.comparison_finding import MOST_LINES, unequal_lines
-from hydroservo.runs.conditions import differences, winners
+from hydroservo.runs.comparison import MOST_LINES, differences, unequal_lines, winners
 from hydroservo.testing.examples import example
 
 LOOP = wired(example(Loop, Simulation(2e-3, 1e-4, 2, record_period=1e-4), controller=example(TSMC)))

@@ -18,7 +18,7 @@ from hydroservo.engine.ptx import GOING, NAME, THREADS, ptx
 from hydroservo.runs import batch
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.fitting import first_state
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.testing.examples import example
 from tests.support.ptx_machine import PtxDriver, Status
 
@@ -38,10 +38,10 @@ def driver(monkeypatch: pytest.MonkeyPatch) -> PtxDriver:
 
 def ptx_of(law: Any, strict: bool) -> str:
     """The PTX of a loop's kernel."""
-    loop = ready(LOOP._replace(controller=example(law)))
+    loop = runnable_loop(LOOP._replace(controller=example(law)))
     with pytest.MonkeyPatch.context() as patch:
         driver = PtxDriver().installed(patch)
-        batch.kernel(loop, first_state(loop), 21, ("plant.mass",), strict, True)
+        batch.group_kernel(loop, first_state(loop), 21, ("plant.mass",), strict, True)
     return driver.loaded[0]
 
 

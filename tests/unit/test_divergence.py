@@ -11,8 +11,8 @@ from hydroservo.control.controllers import PI
 from hydroservo.core.block import leaves
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.machine.sensors import NoPosition, RigSensors
-from hydroservo.runs.divergence import first_loss, watched_paths
-from hydroservo.runs.run import ready
+from hydroservo.runs.kernels import first_loss, watched_paths
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.testing.examples import example
 
@@ -95,7 +95,7 @@ def test_what_the_machine_loses_is_named_after_what_the_law_lost() -> None:
 
 def test_all_but_the_unknown_and_the_comparisons_are_watched() -> None:
     for name in scenarios():
-        state = ready(load_scenario(name)).init()
+        state = runnable_loop(load_scenario(name)).init()
         others = {path for path, _ in leaves(state)} - set(watched_paths(state))
         unknown = {path for path in others if not path.startswith("disturbance.")}
         assert all(math.isnan(value) for path, value in leaves(state) if path in unknown), name

@@ -8,12 +8,12 @@ from hydroservo import HydroservoError
 from hydroservo.figures.batch import (
     DOTS,
     MARKS,
-    extent,
-    labelled,
+    axis_label,
+    metric_extent,
     plot_batch,
-    scale,
-    slope,
+    resistant_slope,
     spans_decades,
+    unit_scale,
 )
 
 PATHS = {
@@ -211,7 +211,7 @@ def test_a_picture_that_cannot_be_written_is_one_line(tmp_path):
     ],
 )
 def test_axes_have_numbers_that_are_neither_tiny_nor_huge(unit, largest, expected):
-    label, factor = scale(unit, np.array([0.0, -largest]))
+    label, factor = unit_scale(unit, np.array([0.0, -largest]))
     assert (label, factor) == (expected[0], pytest.approx(expected[1], rel=1e-12))
 
 
@@ -229,11 +229,11 @@ def test_axes_have_numbers_that_are_neither_tiny_nor_huge(unit, largest, expecte
     ],
 )
 def test_symbols_in_labels_are_set_as_symbols(meaning, unit, label):
-    assert labelled(meaning, unit, 100) == label
+    assert axis_label(meaning, unit, 100) == label
 
 
 def test_a_label_breaks_between_words_only():
-    lines = labelled("total leakage coefficient C_tl", "10⁻¹² m³/(s Pa)", 12).split("\n")
+    lines = axis_label("total leakage coefficient C_tl", "10⁻¹² m³/(s Pa)", 12).split("\n")
     assert lines == [
         "total",
         "leakage",
@@ -246,14 +246,14 @@ def test_the_slope_is_that_of_most_runs():
     x = np.sort(np.random.default_rng(1).normal(size=30))
     y = 3.0 * x
     y[3] = 1e3
-    assert slope(x, y) == pytest.approx(3.0, rel=0.15)
+    assert resistant_slope(x, y) == pytest.approx(3.0, rel=0.15)
     assert abs(np.polyfit(x, y, 1)[0]) > 30.0  # the line of least squares
-    assert slope(np.ones(30), y) == 0.0
+    assert resistant_slope(np.ones(30), y) == 0.0
 
 
 def test_a_range_holds_all_runs():
-    assert extent(np.array([1.0, 30.0])) == pytest.approx((1.0 / 1.2, 36.0))
-    low, high = extent(np.array([1.0, 2.0]))
+    assert metric_extent(np.array([1.0, 30.0])) == pytest.approx((1.0 / 1.2, 36.0))
+    low, high = metric_extent(np.array([1.0, 2.0]))
     assert low < 1.0
     assert high > 2.0
     assert not spans_decades(np.array([0.0, 30.0]))

@@ -15,22 +15,22 @@ from hydroservo.control.controllers import PI, TSMC
 from hydroservo.control.loop import Loop
 from hydroservo.control.references import Square
 from hydroservo.figures.panels import (
-    Curve,
     Panel,
+    SignalCurve,
     axis_unit,
-    beyond,
-    enlarged,
+    beyond_text,
+    enlarged_panels,
     length_shown,
     observer_path,
     panel_limits,
     trace_of,
 )
-from hydroservo.figures.run import distinct_colours, literal, plot_comparison, plot_run, remark
+from hydroservo.figures.run import distinct_colours, literal_label, plot_comparison, plot_run, unequal_remark
 from hydroservo.figures.style import COLOURS, PALETTE, figure, style
 from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.supplies import IdealSupply, PumpSupply
-from hydroservo.runs.titles import controller_name
-from hydroservo.show.page import write_figure
+from hydroservo.runs.run_finding import controller_name
+from hydroservo.show.files import write_figure
 from hydroservo.testing.examples import example
 
 pytestmark = pytest.mark.slow  # it runs and draws
@@ -155,22 +155,22 @@ def test_peaks_that_press_a_curve_flat_bring_an_enlarged_panel(pi):
 
 def panel(*signals):
     time = np.linspace(0.0, 1.0, signals[0].size)
-    return Panel("error", "m/s", [Curve(str(i), time, signal, "k") for i, signal in enumerate(signals)])
+    return Panel("error", "m/s", [SignalCurve(str(i), time, signal, "k") for i, signal in enumerate(signals)])
 
 
 def test_an_enlarged_panel_fits_runs_of_like_size_only():
     t = np.linspace(0.0, 1.0, 1001)
     small, twice, huge = np.sin(20 * t), 2.0 * np.sin(20 * t), 100.0 * np.sin(20 * t)
-    assert enlarged(panel(small, twice)) == []
-    assert enlarged(panel(huge)) == []
-    (close,) = enlarged(panel(small, huge, twice))
+    assert enlarged_panels(panel(small, twice)) == []
+    assert enlarged_panels(panel(huge)) == []
+    (close,) = enlarged_panels(panel(small, huge, twice))
     assert close.fitted == ["0", "2"]
     low, high = panel_limits(close)
     assert -3.0 < low < -2.0
     assert 2.0 < high < 3.0
-    assert enlarged(panel(1e-12 * small, huge)) == []  # rounding is not worth a panel
-    assert enlarged(panel(np.full(3, math.nan), np.array([1.0, 2.0, 99.0]))) == []
-    assert enlarged(panel(np.zeros(3))) == []
+    assert enlarged_panels(panel(1e-12 * small, huge)) == []  # rounding is not worth a panel
+    assert enlarged_panels(panel(np.full(3, math.nan), np.array([1.0, 2.0, 99.0]))) == []
+    assert enlarged_panels(panel(np.zeros(3))) == []
 
 
 def test_every_curve_is_seen_in_some_panel():
@@ -178,12 +178,12 @@ def test_every_curve_is_seen_in_some_panel():
     t = np.linspace(0.0, 1.0, 1001)
     sizes = (1.0, 20.0, 400.0, 0.0, 25.0)
     whole = panel(*(size * np.sin(20 * t) for size in sizes))
-    wide, close = enlarged(whole)
+    wide, close = enlarged_panels(whole)
     assert wide.fitted == ["0", "1", "4"]
     assert 25.0 < panel_limits(wide)[1] < 35.0
     assert close.fitted == ["0"]
     assert 1.0 < panel_limits(close)[1] < 1.5
-    assert [beyond(one) for one in (whole, wide, close)] == ["", "beyond: 2", "beyond: 1, 2, 4"]
+    assert [beyond_text(one) for one in (whole, wide, close)] == ["", "beyond: 2", "beyond: 1, 2, 4"]
 
 
 def test_an_enlarged_error_panel_shows_zero(pi):
@@ -255,7 +255,10 @@ def test_comparison_says_what_else_differs(pi, tsmc):
     assert plot_comparison([pi, tsmc], ["one", "other"]).get_supxlabel() == ""
     other = short_run(example(PI), reference=example(Square))
     assert plot_comparison([pi, other], ["one", "other"]).get_supxlabel() == "unequal conditions: reference"
-    assert remark([f"plant.number_{i}" for i in range(9)] + ["hold"]) == "unequal conditions in plant, hold"
+    assert (
+        unequal_remark([f"plant.number_{i}" for i in range(9)] + ["hold"])
+        == "unequal conditions in plant, hold"
+    )
 
 
 def test_comparison_of_one_run(pi):
@@ -272,7 +275,7 @@ def test_runs_have_distinct_colours():
 
 
 def test_labels_are_shown_as_they_are(pi):
-    assert literal("a$b") == r"a\$b"
+    assert literal_label("a$b") == r"a\$b"
     fig = plot_comparison([pi, pi], ["_mine", "$"])
     assert len(fig.axes[0].get_legend().get_texts()) == 3
 

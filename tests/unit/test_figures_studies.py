@@ -11,17 +11,6 @@ from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
 from hydroservo.core.formatting import NONE
-from hydroservo.figures.studies.factorial import Combination, FactorShare, plot_factorial
-from hydroservo.figures.studies.forest import (
-    LESS,
-    MORE,
-    TIE,
-    Distance,
-    RatioLine,
-    in_brackets,
-    plot_distance,
-    plot_forest,
-)
 from hydroservo.figures.studies.fronts import (
     FrontLine,
     FrontPanel,
@@ -30,9 +19,22 @@ from hydroservo.figures.studies.fronts import (
     plot_target,
     staircase,
 )
-from hydroservo.figures.studies.grid import Axis, Grid, Level, Place
-from hydroservo.figures.studies.looks import Named, family_colours, name_points, round_ticks
+from hydroservo.figures.studies.grid import CellPlace, GridAxis, GridLevel, MapGrid
+from hydroservo.figures.studies.looks import NamedPoint, family_colours, name_points, round_ticks
 from hydroservo.figures.studies.map import HATCH, Winner, plot_map, shade
+from hydroservo.figures.studies.ratios import (
+    LESS,
+    MORE,
+    TIE,
+    Combination,
+    Distance,
+    FactorShare,
+    RatioLine,
+    plot_distance,
+    plot_factorial,
+    plot_forest,
+    ratio_with_interval,
+)
 
 FAMILIES = ["LQ", "PI", "TSMC"]
 
@@ -40,12 +42,12 @@ FAMILIES = ["LQ", "PI", "TSMC"]
 def grid_of(*sizes):
     """Axes a, b, ... of so many levels, and a cell for each combination."""
     axes = [
-        Axis(n, n, [Level(f"{n}{i}", f"{i}") for i in range(size)])
+        GridAxis(n, n, [GridLevel(f"{n}{i}", f"{i}") for i in range(size)])
         for n, size in zip("abcde", sizes, strict=False)
     ]
     names = [axis.name for axis in axes]
     every = product(*([level.name for level in axis.levels] for axis in axes))
-    return Grid(axes, {"-".join(one) or "only": dict(zip(names, one, strict=True)) for one in every})
+    return MapGrid(axes, {"-".join(one) or "only": dict(zip(names, one, strict=True)) for one in every})
 
 
 def panels_of(fig):
@@ -63,7 +65,7 @@ def test_each_cell_has_a_place_of_its_own(sizes):
 
 def test_the_first_two_axes_lie_inside_a_panel_the_third_makes_columns_and_the_rest_rows():
     grid = grid_of(2, 3, 4, 5, 2)
-    assert grid.place({"a": "a1", "b": "b2", "c": "c3", "d": "d4", "e": "e1"}) == Place(9, 3, 2, 1)
+    assert grid.place({"a": "a1", "b": "b2", "c": "c3", "d": "d4", "e": "e1"}) == CellPlace(9, 3, 2, 1)
     assert grid.rows[9] == ("d: 4", "e: 1")
 
 
@@ -85,7 +87,7 @@ def test_the_map_shows_winners_ties_and_what_nobody_masters(sizes):
 
 
 def test_names_with_signs_of_a_dollar_are_drawn_as_typed():
-    grid = Grid([Axis("a", "$_{ by $", [Level("a0", "$^ or $")])], {"a0": {"a": "a0"}})
+    grid = MapGrid([GridAxis("a", "$_{ by $", [GridLevel("a0", "$^ or $")])], {"a0": {"a": "a0"}})
     fig = plot_map(grid, [Winner("a0", ["p$_{i$"], "ESO", 1.3)], ["p$_{i$"])
     fig.draw_without_rendering()
     shown = {text.get_text() for text in fig.findobj(Text) if not text.get_parse_math()}
@@ -116,7 +118,7 @@ def test_an_interval_beyond_the_axis_leaves_it_with_an_arrow():
     wide = RatioLine("wide", 1.2, 0.0, math.inf, False)
     axis = plot_forest([wide, RatioLine("none", math.nan, 0.0, math.inf, False)], "ratio").axes[0]
     assert [line.get_marker() for line in axis.lines if line.get_marker() in "<>"] == ["<", ">"]
-    assert in_brackets(wide) == "1.20 [0, ∞]"
+    assert ratio_with_interval(wide) == "1.20 [0, ∞]"
     assert any(text.get_text() == NONE for text in axis.texts)
 
 
@@ -140,7 +142,7 @@ def test_where_all_is_taken_a_name_is_still_written():
     axis = fig.axes[0]
     crowd = [(x, y) for x in np.geomspace(*axis.get_xlim(), 60) for y in np.geomspace(*axis.get_ylim(), 60)]
     before = len(axis.texts)
-    name_points(fig, axis, [Named("b", 1.0, 1000.0, "black")], crowd)
+    name_points(fig, axis, [NamedPoint("b", 1.0, 1000.0, "black")], crowd)
     assert len(axis.texts) == before + 1
 
 

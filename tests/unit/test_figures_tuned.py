@@ -9,13 +9,13 @@ import pytest
 import xarray as xr
 
 from hydroservo.figures.tuned import plot_front
-from hydroservo.runs.tuned import Tried
+from hydroservo.runs.tuned import TriedValues
 
 FRONT = [(1e-3, 100.0), (4e-3, 10.0), (2e-3, 20.0)]  # error [m] and activity [V]
 
 
 def tried(error, activity, within=True):
-    return Tried({"controller.proportional_gain": 1.0}, error, activity, within)
+    return TriedValues({"controller.proportional_gain": 1.0}, error, activity, within)
 
 
 def found(front=FRONT, own=(5e-3, 50.0), best=(1e-3, 100.0), guess=(6e-3, 12.0)):

@@ -7,8 +7,8 @@ import pytest
 
 from hydroservo import monitors
 from hydroservo.core.block import leaves
-from hydroservo.runs import finishing
-from hydroservo.runs.finishing import MANY, finisher, plain, quick
+from hydroservo.runs import evaluation
+from hydroservo.runs.evaluation import MANY, compiled_metrics, finisher, interpreted_metrics
 
 RNG = np.random.default_rng(5)
 
@@ -52,26 +52,28 @@ def states(monitor: Any) -> Any:
 def test_both_ways_have_the_same_bits(name: str) -> None:
     monitor = getattr(monitors, name)()
     rows = states(monitor)
-    assert quick(monitor)(rows).tobytes() == plain(monitor)(rows).tobytes()
+    assert compiled_metrics(monitor)(rows).tobytes() == interpreted_metrics(monitor)(rows).tobytes()
 
 
 @pytest.mark.parametrize("runs", [1, MANY])
 def test_each_monitor_is_given_its_own_numbers(runs: int) -> None:
     watching = {name: getattr(monitors, name)() for name in ("TrackingError", "Energy", "Disturbance")}
     parts = {name: states(one) for name, one in watching.items()}
-    inside = sorted(parts, key=lambda name: finishing.spans_of(watching)[name].start)
+    inside = sorted(parts, key=lambda name: evaluation.spans_of(watching)[name].start)
     sums = np.concatenate([parts[name] for name in inside], axis=1).T
-    expected = np.concatenate([plain(one)(parts[name]) for name, one in watching.items()], axis=1).T
+    expected = np.concatenate(
+        [interpreted_metrics(one)(parts[name]) for name, one in watching.items()], axis=1
+    ).T
     assert finisher(watching, runs)(sums).tobytes() == expected.tobytes()
 
 
 def test_what_cannot_be_compiled_is_asked_in_plain_python() -> None:
     rows = np.array([[1.2345], [2.0]])
-    assert quick(Tolerant())(rows).tolist() == [[1.23], [2.0]]
+    assert compiled_metrics(Tolerant())(rows).tolist() == [[1.23], [2.0]]
 
 
 def test_a_fault_of_a_monitor_is_that_of_plain_python() -> None:
-    ask = quick(Careful())
+    ask = compiled_metrics(Careful())
     assert ask(np.array([[1.0], [2.0]])).tolist() == [[1.0], [2.0**0.5]]
     with pytest.raises(ArithmeticError, match="too much"):
         ask(np.array([[1.0], [3.0]]))

@@ -15,7 +15,7 @@ from hydroservo.control.references import Ramp
 from hydroservo.core.block import Block
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.machine.integrators import RK4, Tsit5
-from hydroservo.runs.step_sizes import command_parts, difference
+from hydroservo.runs.step_sizes import command_parts, largest_difference
 from hydroservo.testing.examples import example
 
 H = 1e-3
@@ -86,11 +86,11 @@ def delayed() -> object:
 def test_half_a_period_of_delay_is_a_law_at_every_second_of_twice_as_many_samples(delayed: object) -> None:
     simulation = LOOP.simulation._replace(period=0.5 * H, substeps=4)
     fast = LOOP._replace(simulation=simulation, controller=EverySecond(), hold=ZeroOrderHold())
-    assert difference(LOOP, delayed, simulate(fast, strict=True)) < 1e-9
+    assert largest_difference(LOOP, delayed, simulate(fast, strict=True)) < 1e-9
 
 
 def test_a_delay_matters(delayed: object) -> None:
-    assert difference(LOOP, delayed, simulate(LOOP._replace(hold=ZeroOrderHold()))) > 1e-3
+    assert largest_difference(LOOP, delayed, simulate(LOOP._replace(hold=ZeroOrderHold()))) > 1e-3
 
 
 def test_what_the_law_hears_is_the_mean_of_two_commands() -> None:
@@ -112,7 +112,8 @@ def test_rk4_keeps_its_order_where_substeps_end_on_the_command() -> None:
     """Its error falls by 2^4 with twice as many; the adaptive method finds the switch by itself."""
     exact = simulate(replace(SMOOTH, {"simulation.integrator": Tsit5(1e-12), "simulation.substeps": 1}))
     errors = [
-        difference(SMOOTH, simulate(replace(SMOOTH, {"simulation.substeps": n})), exact) for n in (4, 8, 16)
+        largest_difference(SMOOTH, simulate(replace(SMOOTH, {"simulation.substeps": n})), exact)
+        for n in (4, 8, 16)
     ]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert orders == pytest.approx(4.0, abs=0.3)
@@ -136,7 +137,7 @@ def test_parts_of_a_period(share: float, parts: int) -> None:
 def test_a_share_in_ten_digits_is_the_share(digits: float) -> None:
     thirds = replace(LOOP, {"simulation.substeps": 3})
     third, near = (replace(thirds, {"hold.delay": share * H}) for share in (1.0 / 3.0, digits))
-    assert difference(LOOP, simulate(near), simulate(third)) == 0.0
+    assert largest_difference(LOOP, simulate(near), simulate(third)) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -163,7 +164,7 @@ def test_a_delay_that_no_substep_can_end_on_is_refused(changes: dict[str, float]
 def test_the_adaptive_method_needs_no_such_substeps() -> None:
     odd = replace(LOOP, {"simulation.substeps": 7, "simulation.integrator": Tsit5(1e-10)})
     even = replace(LOOP, {"simulation.substeps": 64, "simulation.integrator": RK4()})
-    assert difference(LOOP, simulate(odd), simulate(even)) < 1e-7
+    assert largest_difference(LOOP, simulate(odd), simulate(even)) < 1e-7
 
 
 def test_the_adaptive_method_takes_any_delay_up_to_a_period() -> None:

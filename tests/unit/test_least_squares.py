@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydroservo.runs.least_squares import Numbers, Point, Which, least_squares
+from hydroservo.runs.steady import Iterate, Numbers, Which, least_squares
 
 CURVES = np.random.default_rng(3).uniform(1.0, 100.0, 40)
 
@@ -13,7 +13,7 @@ def valleys(x: Numbers, which: Which) -> Numbers:
     return np.stack([CURVES[which] * (x[1] - x[0] * x[0]), 1.0 - x[0]])
 
 
-def searched(which: Which) -> Point:
+def searched(which: Which) -> Iterate:
     return least_squares(lambda x, some: valleys(x, which[some]), 2, len(which), 1e-12)
 
 

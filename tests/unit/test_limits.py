@@ -18,8 +18,8 @@ from hydroservo.limits.search import expected_course, foreknowledge, jump_steps,
 from hydroservo.machine.integrators import Tsit5
 from hydroservo.machine.loads import Step as LoadStep
 from hydroservo.machine.mechanics.viscous import ViscousState
-from hydroservo.runs.provenance import scenario_text
-from hydroservo.runs.run import ready
+from hydroservo.runs.provenance import canonical_toml
+from hydroservo.runs.run import runnable_loop
 
 MACHINES = [
     "paper/sine-pi",
@@ -39,7 +39,7 @@ def rig(**changes: object) -> Loop:
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_symbols_give_the_rates_of_the_text(name: str):
-    loop = ready(load_scenario(name))
+    loop = runnable_loop(load_scenario(name))
     like = loop.machine(loop.init())
     rates, signal = machine_functions(loop)
     first, random = np.array(values(like)), np.random.default_rng(1)
@@ -89,14 +89,14 @@ def test_the_loosest_limits_allow_what_any_law_may_give():
 
 def test_a_loop_without_a_law_is_the_same_whatever_law_it_had():
     one, other = (replace(load_scenario(f"rig/{name}-square"), {}) for name in ("1khz-pi", "noisy-1khz-tsmc"))
-    assert scenario_text(one) != scenario_text(other)
-    assert scenario_text(without_law(one)) == scenario_text(without_law(other))
-    assert scenario_text(without_law(one)) != scenario_text(without_law(rig(**{"plant.mass": 7.0})))
+    assert canonical_toml(one) != canonical_toml(other)
+    assert canonical_toml(without_law(one)) == canonical_toml(without_law(other))
+    assert canonical_toml(without_law(one)) != canonical_toml(without_law(rig(**{"plant.mass": 7.0})))
 
 
 def test_a_block_that_cannot_be_written_with_symbols_is_named():
     loop = load_scenario("axis/position")
-    choosy = ready(loop._replace(plant=loop.plant._replace(friction=Choosy())))
+    choosy = runnable_loop(loop._replace(plant=loop.plant._replace(friction=Choosy())))
     with pytest.raises(ParameterError, match=r"Choosy\.force.*cannot be written with symbols"):
         machine_functions(choosy)
 

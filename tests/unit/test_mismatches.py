@@ -13,7 +13,7 @@ from hydroservo.machine.sensors import Encoder, PressureTransducer, RigSensors
 from hydroservo.machine.supplies import IdealSupply
 from hydroservo.machine.valves import CurvedEdges, FourEdges, StaticValve
 from hydroservo.runs.cautions import quietly, warnings_of
-from hydroservo.runs.cautions.mismatches import mismatch_cautions
+from hydroservo.runs.cautions.loop import mismatch_cautions
 from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.testing.examples import example

@@ -14,7 +14,7 @@ from hydroservo.control.outline import WIDTH, outline, outline_table
 from hydroservo.core.field import Field
 from hydroservo.machine.oils import AeratedOil
 from hydroservo.machine.plants import Cylinder
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 
@@ -101,6 +101,6 @@ def test_a_table_marks_what_differs_and_escapes_text():
 
 def test_a_law_that_controls_what_its_loop_does_does_not_say_so():
     loop = load_scenario("paper/sine-pi")
-    assert outline(ready(loop)).count("controls") == 1
+    assert outline(runnable_loop(loop)).count("controls") == 1
     law = loop.controller._replace(controls=Position())
     assert outline(loop._replace(controller=law)).count("controls") == 2

@@ -5,7 +5,7 @@ import pytest
 from hydroservo import Loop, Simulation
 from hydroservo.core.block import replace, value_at
 from hydroservo.papers.tsmc_eha_2021 import machine
-from hydroservo.runs.provenance import scenario_text
+from hydroservo.runs.provenance import canonical_toml
 from hydroservo.scenario import load_scenario
 
 LAWS = {"pi": machine.PROPORTIONAL_INTEGRAL, "backstepping": machine.BACKSTEPPING, "tsmc": machine.TERMINAL}
@@ -27,7 +27,7 @@ def loop_of(demand: str, law: str) -> Loop:
 @pytest.mark.parametrize("law", LAWS)
 def test_the_scenarios_are_the_machine_its_demands_and_its_laws(demand: str, law: str) -> None:
     nominal = load_scenario(f"paper/{demand}-{law}", {"uncertainty.scale": 0.0})
-    assert scenario_text(nominal) == scenario_text(loop_of(demand, law))
+    assert canonical_toml(nominal) == canonical_toml(loop_of(demand, law))
 
 
 @pytest.mark.parametrize("scale", [-1.0, 1.0])
@@ -37,4 +37,4 @@ def test_the_scenarios_have_its_uncertainty(scale: float) -> None:
         path: value_at(nominal, path) * (1.0 + scale * delta) for path, delta in machine.UNCERTAINTY.items()
     }
     loaded = load_scenario("paper/sine-tsmc", {"uncertainty.scale": scale})
-    assert scenario_text(loaded) == scenario_text(replace(nominal, moved))
+    assert canonical_toml(loaded) == canonical_toml(replace(nominal, moved))

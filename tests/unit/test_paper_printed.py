@@ -7,6 +7,7 @@ from hydroservo.control.controllers import PI, TSMC
 from hydroservo.machine.supplies import IdealSupply
 from hydroservo.machine.theory import damping_ratio, proportional_gain_limit, settling_bound
 from hydroservo.machine.valves import FirstOrderValve
+from hydroservo.papers.tsmc_eha_2021 import printed as laws
 from hydroservo.papers.tsmc_eha_2021.printed import (
     PrintedBackstepping,
     PrintedTSMC,
@@ -14,7 +15,6 @@ from hydroservo.papers.tsmc_eha_2021.printed import (
     printed_law,
     printed_leakage,
     printed_settling_bound,
-    tsmc,
 )
 from hydroservo.scenario import load_plugin, load_scenario
 from hydroservo.testing.examples import example
@@ -60,7 +60,7 @@ def test_pi_is_as_it_is_printed() -> None:
 
 @pytest.mark.usefixtures("forgotten")
 def test_a_printed_law_is_a_plugin_too() -> None:
-    load_plugin(str(tsmc.__file__))
+    load_plugin(str(laws.__file__))
     loop = load_scenario("paper/sine-tsmc", {"controller.type": "PrintedTSMC"})
     assert type(loop.controller).__name__ == "PrintedTSMC"
     # Numbers alone: the classes of a plug-in are its own.

@@ -12,7 +12,7 @@ from hydroservo.core.assumptions import above
 from hydroservo.figures.style import PALETTE
 from hydroservo.limits import Limits
 from hydroservo.linear.linearization import Linearization, Quantity
-from hydroservo.runs.tuned import Tried, Tuned
+from hydroservo.runs.tuned import TriedValues, Tuned
 from hydroservo.testing.examples import example
 
 SHORT = hs.Simulation(duration=0.01)
@@ -76,7 +76,7 @@ def test_poles_that_are_not_stable_stand_out():
 
 def test_a_search_is_its_metric_before_and_after(run):
     runs = xr.Dataset({"rms_error": ("run", [1e-3], {"units": "m/s"})}, attrs=run.attrs)
-    own = Tried({}, math.inf, math.nan, within=True)
+    own = TriedValues({}, math.inf, math.nan, within=True)
     found = Tuned(
         {}, [math.inf, 2e-3], [3e-3, 1e-3], 1e-3, 64, [], [runs, runs], ["$a", "b"], "rms_error", own, own
     )

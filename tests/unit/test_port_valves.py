@@ -9,7 +9,7 @@ from hydroservo.machine.oils import ConstantOil
 from hydroservo.machine.plants import LoadPressurePlant
 from hydroservo.machine.supplies import ReliefValve
 from hydroservo.machine.valves import NoEdges
-from hydroservo.runs.run import complete
+from hydroservo.runs.run import complete_loop
 from hydroservo.testing.examples import example
 from tests.support.axes import commanded_axis, step, viscous
 
@@ -72,4 +72,4 @@ def test_at_the_far_end_of_hoses_they_stand_at_the_valve() -> None:
 
 def test_a_plant_without_chambers_is_refused() -> None:
     with pytest.raises(ParameterError, match="PortValves"):
-        complete(example(Loop, plant=example(LoadPressurePlant), drive=VALVES))
+        complete_loop(example(Loop, plant=example(LoadPressurePlant), drive=VALVES))

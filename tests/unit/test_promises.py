@@ -12,7 +12,7 @@ import pytest
 
 from hydroservo import load_scenario, simulate
 from hydroservo.engine import disk_cache
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.runs.step_sizes import machine_paths
 from tests.support.commands.processes import needs_posix
 from tests.support.needs import needs
@@ -211,7 +211,7 @@ def test_machines_written_by_hand_move_as_the_blocks_do(name, changes):
     *paths, _ = machine_paths(loop)
     data = simulate(loop, record=paths)
     states = np.stack([data[path].values for path in paths], axis=1)
-    assert apart(states, follow(ready(loop), 1e-10, np.inf).states) < 1e-6
+    assert apart(states, follow(runnable_loop(loop), 1e-10, np.inf).states) < 1e-6
 
 
 @needs_posix
@@ -271,7 +271,9 @@ def test_what_is_damaged_is_not_loaded(cache, way):
 
 @needs_posix
 def test_a_cache_that_asks_for_no_checksum_is_seen(cache, monkeypatch):
-    monkeypatch.setattr(disk_cache, "checked", lambda folder, digest: folder.read(f"{digest}.kernel")[32:])
+    monkeypatch.setattr(
+        disk_cache, "verified_content", lambda folder, digest: folder.read(f"{digest}.kernel")[32:]
+    )
     for way in ("bits flipped", "lengthened", "renamed to another loop's"):
         cache.restore()
         DAMAGES[way](cache, Draw(0))

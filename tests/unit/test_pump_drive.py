@@ -15,7 +15,7 @@ from hydroservo.machine.drives import Hoses, PumpDrive, PumpDriveState, ValveOnS
 from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.supplies import IdealSupply
 from hydroservo.machine.valves import NoEdges, NoValve
-from hydroservo.runs.cautions.demands import demand_caution
+from hydroservo.runs.cautions.loop import demand_caution
 from hydroservo.testing.examples import example
 from tests.support.axes import commanded_axis, step, viscous
 

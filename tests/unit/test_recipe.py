@@ -258,8 +258,8 @@ SCENARIOS = [*scenarios(), *map(str, EXAMPLE_FILES)]
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_each_scenario_has_a_digest(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engine_kernel, "native", stopped)
-    monkeypatch.setattr(lanes, "native", stopped)
+    monkeypatch.setattr(engine_kernel, "native_kernel", stopped)
+    monkeypatch.setattr(lanes, "native_kernel", stopped)
     loop = load_scenario(name, plugins=[EXAMPLES / file for file in PLUGINS.get(Path(name).stem, [])])
     if loop.simulation.substeps == AUTO:
         loop = replace(loop, {"simulation.substeps": 2})

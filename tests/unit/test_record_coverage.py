@@ -18,7 +18,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions.records import check_records
-from hydroservo.runs.run import ready, simulate
+from hydroservo.runs.run import runnable_loop, simulate
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base
@@ -218,7 +218,7 @@ def test_a_search_says_so_once() -> None:
 
 
 def test_what_has_no_duration_is_not_looked_at() -> None:
-    assert ready(loop_with(UNSEEN)).reference == UNSEEN
+    assert runnable_loop(loop_with(UNSEEN)).reference == UNSEEN
     assert exported_unit(loop_with(UNSEEN), Part.LOOP, prefix="pi", title="PI").source
 
 

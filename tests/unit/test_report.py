@@ -18,26 +18,26 @@ from hydroservo.papers.tsmc_eha_2021.claims import (
     Claim,
     Condition,
     Judgement,
-    Outcome,
-    Run,
+    PaperRun,
+    RunOutcome,
     all_runs,
-    runs_of,
+    condition_runs,
 )
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES
-from hydroservo.papers.tsmc_eha_2021.report.folder import report_files, write_report
-from hydroservo.papers.tsmc_eha_2021.report.names import symbols
-from hydroservo.papers.tsmc_eha_2021.report.tables import best, worst_case
+from hydroservo.papers.tsmc_eha_2021.report.folder import paper_report_files, write_paper_report
+from hydroservo.papers.tsmc_eha_2021.report.names import html_symbols
+from hydroservo.papers.tsmc_eha_2021.report.tables import best_marks, worst_case
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import (
     BINS,
-    cells,
+    claim_cells,
+    claim_shares,
     colour_class,
     draw_map,
     draw_overview,
-    shares,
 )
-from hydroservo.papers.tsmc_eha_2021.study import Study, judged, metrics_table
-from hydroservo.papers.tsmc_eha_2021.study import verdicts as judge
-from hydroservo.show.numbers import foreign_files
+from hydroservo.papers.tsmc_eha_2021.study import PaperStudy, judge_claims, metrics_frame
+from hydroservo.papers.tsmc_eha_2021.study import claim_verdicts as judge
+from hydroservo.show.files import foreign_files
 from tests.support.study import METRIC_FIELDS, lost, made_up_runs
 
 REPORT = "hydroservo.papers.tsmc_eha_2021.report"
@@ -53,13 +53,13 @@ def made_up_outcome(run):
         metrics |= {"steady_rms_error": math.nan, "max_error": math.inf}
         metrics |= {name: math.nan for name in metrics if name.startswith("estimate")}
     settled = {name: float(1e-3 * 10 ** random.uniform(-2, 2)) for name in SETTLED}
-    return Outcome(metrics, settled if run.realisation else {"error": settled["error"]})
+    return RunOutcome(metrics, settled if run.realisation else {"error": settled["error"]})
 
 
 def made_up_study(trajectories):
     outcomes = {run: made_up_outcome(run) for run in all_runs()}
-    claims = judged(outcomes)
-    return Study(trajectories, metrics_table(outcomes), claims, judge(claims), outcomes)
+    claims = judge_claims(outcomes)
+    return PaperStudy(trajectories, metrics_frame(outcomes), claims, judge(claims), outcomes)
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def folder(study, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         two_figures(patch)
         steps = []
-        assert write_report(study, out, lambda *step: steps.append(step)) == out / "report.html"
+        assert write_paper_report(study, out, lambda *step: steps.append(step)) == out / "report.html"
     assert steps
     return out
 
@@ -112,13 +112,13 @@ def test_the_folder_holds_everything(folder):
 
 def test_what_will_be_written_is_known_beforehand(folder, monkeypatch):
     monkeypatch.setattr(f"{REPORT}.folder.FIGURES", FIGURES[:2])
-    assert sorted(report_files(folder)) == sorted(folder / name for name in contents(folder))
+    assert sorted(paper_report_files(folder)) == sorted(folder / name for name in contents(folder))
 
 
 @pytest.mark.slow
 def test_equal_studies_give_equal_bytes(folder, tmp_path, monkeypatch):
     two_figures(monkeypatch)
-    write_report(made_up_study(made_up_runs()), tmp_path)
+    write_paper_report(made_up_study(made_up_runs()), tmp_path)
     again = contents(tmp_path)
     assert [name for name, data in contents(folder).items() if again[name] != data] == []
 
@@ -153,8 +153,8 @@ def test_the_page_says_each_verdict_with_its_numbers(folder, study):
     text = text_of(folder)
     for claim, verdict in zip(CLAIMS, study.verdicts, strict=True):
         assert f"holds in {verdict.holds} of {verdict.total}" in text
-        results = {key: study.outcomes[run] for key, run in runs_of(REPRODUCED).items()}
-        said = html.unescape(re.sub("<[^>]*>", "", str(symbols(worst_case(claim, results)))))
+        results = {key: study.outcomes[run] for key, run in condition_runs(REPRODUCED).items()}
+        said = html.unescape(re.sub("<[^>]*>", "", str(html_symbols(worst_case(claim, results)))))
         assert said in text
 
 
@@ -179,7 +179,7 @@ def test_metrics_csv_names_units_and_holds_every_run(folder, study):
     table = pd.read_csv(folder / "metrics.csv", keep_default_na=False, na_values=["nan"])
     assert "rms_error [m/s]" in table.columns
     assert len(table) == len(all_runs())
-    assert list(table.columns[: len(Run._fields)]) == list(Run._fields)
+    assert list(table.columns[: len(PaperRun._fields)]) == list(PaperRun._fields)
     assert table["rms_error [m/s]"].tolist() == study.metrics["rms_error"].tolist()
     assert set(table["diverged"]) == {0, 1}
 
@@ -206,7 +206,7 @@ def test_metrics_json_is_strict_and_has_null_for_what_is_not_finite(folder, stud
 def test_diverged_runs_are_reported(tmp_path, monkeypatch):
     two_figures(monkeypatch)
     study = made_up_study({name: lost(data) for name, data in made_up_runs().items()})
-    write_report(study, tmp_path)
+    write_paper_report(study, tmp_path)
     text = text_of(tmp_path)
     assert "TSMC diverged." in text
     assert "of the six shown: PI on the sine, backstepping on the sine" in text
@@ -228,7 +228,7 @@ def test_the_map_shows_the_ratios_of_the_claims_table(study):
         finite_ones = np.isfinite(expected)
         np.testing.assert_array_equal(shown[finite_ones], expected[finite_ones])
         assert np.all(shown[~finite_ones] >= 1e300)
-        np.testing.assert_array_equal(cells(study.claims, claim.name), expected)
+        np.testing.assert_array_equal(claim_cells(study.claims, claim.name), expected)
         colours = mesh.cmap(mesh.norm(shown))
         classes = np.vectorize(colour_class)(expected)
         expected_colours = mesh.cmap(classes)
@@ -271,7 +271,7 @@ def test_the_overview_counts_as_the_verdicts_do(study):
 
 
 def test_shares_are_parts_of_the_conditions_with_one_value(study):
-    table = shares(study.claims, "valve")
+    table = claim_shares(study.claims, "valve")
     rows = study.claims[(study.claims["claim"] == "4 (loop)") & (study.claims["valve"] == "static")]
     assert list(table.columns) == ["static", "10 ms lag"]
     assert table.loc["4 (loop)", "static"] == pytest.approx(rows["holds"].mean())
@@ -284,7 +284,7 @@ def results(**changes):
     """The six outcomes of a condition, all 1, but for what is changed."""
     metrics = dict.fromkeys(METRIC_FIELDS["tsmc"], 1.0) | {"diverged": 0.0, "stroke_left": 0.0}
     every = {
-        (demand, controller): Outcome(dict(metrics), dict.fromkeys(SETTLED, 1.0))
+        (demand, controller): RunOutcome(dict(metrics), dict.fromkeys(SETTLED, 1.0))
         for demand in ("sine", "square")
         for controller in ("pi", "backstepping", "tsmc")
     }
@@ -342,13 +342,13 @@ def test_a_rival_without_overshoot_is_not_said_to_have_no_number():
 
 def test_the_best_of_each_demand_is_marked_and_nothing_where_all_are_alike():
     runs = [{"overshoot": value, "diverged": False} for value in (0.0, 0.0, 0.0, 3.0, 2.0, 1.0)]
-    assert best(runs, "overshoot") == [False] * 5 + [True]
+    assert best_marks(runs, "overshoot") == [False] * 5 + [True]
 
 
 def test_what_decides_a_claim_is_a_number_of_the_run_it_names(study):
     for claim in CLAIMS:
         for condition in (REPRODUCED, LITERAL):
-            every = {key: study.outcomes[run] for key, run in runs_of(condition).items()}
+            every = {key: study.outcomes[run] for key, run in condition_runs(condition).items()}
             judgement = claim.judge(every)
             run = every[judgement.demand, judgement.controller]
             measured = (dict(run.settled) | dict(run.metrics))[judgement.name]
@@ -393,4 +393,4 @@ def test_a_ratio_is_a_number_or_infinite(measured, allowed, ratio):
     ],
 )
 def test_symbols_look_like_symbols(text, shown):
-    assert str(symbols(text)) == shown
+    assert str(html_symbols(text)) == shown

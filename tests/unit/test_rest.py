@@ -22,10 +22,10 @@ from hydroservo.machine.plants import Cylinder, LoadPressurePlant
 from hydroservo.machine.starts import Steady
 from hydroservo.machine.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.runs.batch import simulate_batch
-from hydroservo.runs.columns import starts
+from hydroservo.runs.columns import start_columns
 from hydroservo.runs.objective import is_possible
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.parameter_draws import draws
 from hydroservo.testing.examples import example
@@ -235,7 +235,9 @@ def test_each_run_of_a_batch_starts_at_its_own_rest(scenario: Path) -> None:
 
 
 def test_runs_whose_machine_is_the_same_share_its_start(scenario: Path) -> None:
-    assert starts(load_scenario(scenario), {"controller.proportional_gain": np.array([1.0, 2.0])}) == {}
+    assert (
+        start_columns(load_scenario(scenario), {"controller.proportional_gain": np.array([1.0, 2.0])}) == {}
+    )
 
 
 def test_a_run_of_a_batch_that_cannot_rest_is_named(scenario: Path) -> None:
@@ -246,7 +248,7 @@ def test_a_run_of_a_batch_that_cannot_rest_is_named(scenario: Path) -> None:
 def test_the_other_pressure_follows_where_one_varies(scenario: Path) -> None:
     loop = load_scenario(scenario)
     given = np.array([40e5, 60e5, 80e5])
-    found = starts(loop, {"plant.start_pressure_b": given})
+    found = start_columns(loop, {"plant.start_pressure_b": given})
     assert [*found] == ["plant.start_pressure_a"]
     force = loop.load.amplitude + loop.plant.mechanism.resistance(0.035, 0.0)
     balance = loop.plant.area_a * found["plant.start_pressure_a"] - loop.plant.area_b * given
@@ -315,6 +317,6 @@ def test_a_rest_is_above_vacuum(command: float, pressures: tuple[float, float], 
         load_scenario("axis/position"),
         {**given, "load": Constant(-15e3), "start": Steady(command=command)},
     )
-    state = ready(loop).init().plant
+    state = runnable_loop(loop).init().plant
     assert (state.pressure_a, state.pressure_b) == pytest.approx(pressures, rel=1e-5)
     assert state.velocity == pytest.approx(velocity, rel=1e-4)

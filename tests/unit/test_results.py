@@ -28,10 +28,10 @@ from hydroservo.runs.results import (
     metrics_csv,
     metrics_of,
     save,
-    scenario_of,
+    scenario_tables,
     trajectory_of,
 )
-from hydroservo.show.numbers import METRICS, as_json, foreign_files, plain, write_metrics
+from hydroservo.show.files import METRICS, as_json, foreign_files, json_value, write_metrics
 from hydroservo.testing.examples import example
 
 METRIC_FIELDS = declared_metrics(usual(example(Loop, controller=example(TSMC))))  # that such a run has
@@ -87,7 +87,7 @@ def test_parquet_gives_back_values_units_and_attributes(dataset, tmp_path):
     assert about[b"scenario"].decode() == dataset.attrs["scenario"]
     assert about[b"hash"].decode() == dataset.attrs["hash"]
     assert int(about[b"seed"]) == dataset.attrs["seed"]
-    assert json.loads(about[b"metrics"]) == plain(metrics_of(dataset))
+    assert json.loads(about[b"metrics"]) == json_value(metrics_of(dataset))
 
 
 def test_netcdf_gives_back_the_dataset(dataset, tmp_path):
@@ -175,12 +175,12 @@ def test_a_folder_without_a_result_is_an_error(tmp_path, text):
 def test_json_has_null_for_what_is_not_finite_and_keeps_everything_else():
     given = {"a": [1, 2.5, math.nan, True], "b": {"c": -math.inf, "d": "nan"}, "e": None}
     expected = {"a": [1, 2.5, None, True], "b": {"c": None, "d": "nan"}, "e": None}
-    assert plain(given) == expected
+    assert json_value(given) == expected
     assert json.loads(as_json(given)) == expected
 
 
 def test_the_scenario_of_a_run_is_its_loop_as_tables(dataset):
-    scenario = scenario_of(dataset)
+    scenario = scenario_tables(dataset)
     assert scenario["controller"]["type"] == "TSMC"
     assert scenario["simulation"]["period"] == 1e-4
 

@@ -66,7 +66,7 @@ def test_numbers_without_an_estimate_have_their_roots(monkeypatch: pytest.Monkey
 def test_metrics_are_those_of_the_processors_own_roots(monkeypatch: pytest.MonkeyPatch) -> None:
     loop = hs.load_scenario("axis/position")
     loop = loop._replace(simulation=loop.simulation._replace(duration=0.3))
-    monkeypatch.setattr(native, "on_disk", lambda _, make: make())
+    monkeypatch.setattr(native, "kernel_on_disk", lambda _, make: make())
     tables = []
     for slow in (False, True):
         monkeypatch.setattr(native, "READY", {})

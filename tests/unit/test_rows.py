@@ -11,8 +11,8 @@ from hydroservo.core.block import values
 from hydroservo.core.roles import Reference, role
 from hydroservo.core.signals import Demand
 from hydroservo.core.states import filled
-from hydroservo.runs.rows import FIRST, answering, demands, machine_rates
-from hydroservo.runs.run import ready
+from hydroservo.runs.evaluation import FIRST, demand_values, machine_rates, row_function
+from hydroservo.runs.run import runnable_loop
 
 MACHINES = ("paper/sine-tsmc", "axis/position", "axis/pump-controlled")
 
@@ -55,7 +55,7 @@ class Late(NamedTuple):
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_rates_are_those_of_plain_python(name: str) -> None:
-    loop = ready(load_scenario(name))
+    loop = runnable_loop(load_scenario(name))
     start = loop.machine(loop.init())
     move = machine_rates([loop], start)
     size = np.maximum(np.abs(values(start)), 1e-3)
@@ -70,32 +70,32 @@ def test_one_machine_has_one_kernel_whatever_its_law(tmp_path, monkeypatch) -> N
     monkeypatch.setenv("HYDROSERVO_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr("hydroservo.engine.native.READY", {})
     for name in ("paper/sine-tsmc", "paper/sine-pi"):
-        loop = ready(load_scenario(name))
+        loop = runnable_loop(load_scenario(name))
         machine_rates([loop], loop.machine(loop.init()))
     assert len([*tmp_path.glob("*")]) == 1
 
 
 def test_a_row_of_which_a_block_raises_is_nan() -> None:
-    ask = answering([Guarded(2.0)], Given(0.0), Answer(0.0))
+    ask = row_function([Guarded(2.0)], Given(0.0), Answer(0.0))
     assert ask(np.array([[[1.0], [3.0]]]), FIRST).tolist() == [[[2.0], [6.0]]]
     found = ask(np.array([[[1.0], [-1.0], [3.0]]]), FIRST)
     assert np.array_equal(found, [[[2.0], [np.nan], [6.0]]], equal_nan=True)
 
 
 def test_blocks_answer_to_rows_of_their_own() -> None:
-    ask = answering([Guarded(factor) for factor in (2.0, 3.0, 5.0)], Given(0.0), Answer(0.0))
+    ask = row_function([Guarded(factor) for factor in (2.0, 3.0, 5.0)], Given(0.0), Answer(0.0))
     rows = np.array([[[1.0], [3.0]], [[-1.0], [2.0]], [[4.0], [1.0]]])
     assert np.array_equal(ask(rows, np.arange(3)).ravel(), [2.0, 6.0, np.nan, 6.0, 20.0, 5.0], equal_nan=True)
     assert ask(rows[[2, 0]], np.array([1, 2])).ravel().tolist() == [12.0, 3.0, 5.0, 15.0]
 
 
 def test_what_cannot_be_compiled_is_interpreted() -> None:
-    ask = answering([Printing()], Given(0.0), Answer(0.0))
+    ask = row_function([Printing()], Given(0.0), Answer(0.0))
     assert ask(np.array([[[1.5], [2.5]]]), FIRST).tolist() == [[[1.5], [2.5]]]
 
 
 def test_demands_are_those_of_plain_python() -> None:
     times = np.linspace(0.0, 3.0, 50)
     reference = Ramp(initial=0.05, final=0.25, rate=0.15, time=0.2)
-    assert demands(reference, times).tolist() == [reference.at(t).value for t in times.tolist()]
-    assert np.array_equal(demands(Late(), np.array([0.5, 2.0])), [0.5, np.nan], equal_nan=True)
+    assert demand_values(reference, times).tolist() == [reference.at(t).value for t in times.tolist()]
+    assert np.array_equal(demand_values(Late(), np.array([0.5, 2.0])), [0.5, np.nan], equal_nan=True)

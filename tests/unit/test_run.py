@@ -11,8 +11,7 @@ import xarray as xr
 from hydroservo import LoopError, ParameterError, Simulation, replace, simulate
 from hydroservo.control.controllers import PI
 from hydroservo.runs.results import metrics_of
-from hydroservo.runs.run import trace_size, whole
-from hydroservo.runs.trace import instants
+from hydroservo.runs.trace import instants, trace_size, whole_ratio
 from hydroservo.testing.examples import example
 from tests.support.runs import EVERY_SAMPLE, LOOP, PATHS, trace
 
@@ -146,7 +145,7 @@ def test_wrong_parameters_are_refused(changes: dict[str, Any], says: str) -> Non
     [(8.0 / 1e-5, 800_000), (0.3 / 0.1, 3), (1.5, None), (0.0, 0), (math.inf, None), (math.nan, None)],
 )
 def test_whole(ratio: float, number: int | None) -> None:
-    assert whole(ratio) == number
+    assert whole_ratio(ratio) == number
 
 
 def test_a_large_trace_is_refused_before_it_is_made() -> None:

@@ -11,7 +11,7 @@ from hydroservo.control.controllers import PI
 from hydroservo.control.metrics import declared_metrics, monitors_of, usual
 from hydroservo.control.monitors.group import Usual
 from hydroservo.core.group import group
-from hydroservo.runs.provenance import scenario_hash, scenario_text
+from hydroservo.runs.provenance import canonical_toml, scenario_hash
 from hydroservo.runs.results import metric_fields, metrics_of
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
@@ -177,7 +177,7 @@ def test_metrics_of_a_scenario_give_way_to_those_of_a_call(loaded) -> None:
 def test_what_a_run_is_judged_by_is_no_part_of_the_scenario(loaded) -> None:
     plain, judged = (loaded(text) for text in ("", '[metrics.energy]\ntype = "Energy"'))
     assert scenario_hash(plain) == scenario_hash(judged)
-    assert scenario_text(plain) == scenario_text(judged)
+    assert canonical_toml(plain) == canonical_toml(judged)
 
 
 def test_changes_lie_on_top(write) -> None:

@@ -12,7 +12,7 @@ import pytest
 from hydroservo import ParameterError, ScenarioError, replace, simulate
 from hydroservo.control.wiring import believed
 from hydroservo.core.block import Block
-from hydroservo.runs.provenance import describe
+from hydroservo.runs.provenance import block_tables
 from hydroservo.scenario import load_plugin, load_scenario, registry
 from hydroservo.scenario.registry import plugin_classes
 from tests.support.bases import on_base
@@ -273,7 +273,7 @@ def test_a_pickle_executes_the_plugin_where_it_is_not_loaded(mine: Path) -> None
     forget(controller)
     again, state = map(unpickled, kept)
     assert type(again) is not type(controller)
-    assert describe(again) == describe(controller)
+    assert block_tables(again) == block_tables(controller)
     assert again.init() == state
     assert type(again.init()) is type(state)
 

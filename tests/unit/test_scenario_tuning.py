@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 import hydroservo as hs
-from hydroservo.runs.tuned_finding import tuned_finding
+from hydroservo.runs.tuned import tuned_finding
 from hydroservo.scenario import assemble
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.tuning import as_toml, comments_of

@@ -11,7 +11,7 @@ from hydroservo.control.references import Sine, Step
 from hydroservo.core.block import Block, field_at
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.machine.loads import Constant
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.testing.examples import example
 from tests.support.monitors import SHORT
 
@@ -20,7 +20,7 @@ from tests.support.monitors import SHORT
 @pytest.mark.parametrize("wrapped", [False, True])
 def test_a_law_is_told_what_its_loop_controls(controls: Block, wrapped: bool) -> None:
     law = example(DAC, PI(5.0)) if wrapped else PI(5.0)
-    loop = ready(SHORT._replace(controls=controls, controller=law))
+    loop = runnable_loop(SHORT._replace(controls=controls, controller=law))
     path = "controller.controller" if wrapped else "controller"
     inner = loop.controller.controller if wrapped else loop.controller
     assert type(inner.controls) is type(controls)

@@ -11,7 +11,7 @@ from hydroservo.linear.margins import margins
 from hydroservo.linear.moving_margins import margin_points
 from hydroservo.linear.slopes import dual_twins
 from hydroservo.linear.stability import Bounds, LoopGuard
-from hydroservo.runs.tuned_finding import tuned_finding
+from hydroservo.runs.tuned import tuned_finding
 from hydroservo.scenario.tune_table import checked_part
 from tests.support.brink import at_the_brink
 

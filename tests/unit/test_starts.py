@@ -28,9 +28,9 @@ from hydroservo.machine.loads import Constant
 from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.starts import AsBuilt, Steady
 from hydroservo.machine.valves import FirstOrderValve, FourEdges, SecondOrderValve, StaticValve
-from hydroservo.runs.columns import starts
-from hydroservo.runs.run import prepare, ready
-from hydroservo.runs.steady import sized, steady_state
+from hydroservo.runs.columns import start_columns
+from hydroservo.runs.run import prepare_loop, runnable_loop
+from hydroservo.runs.steady import state_sizes, steady_state
 from hydroservo.testing.examples import example
 from tests.support.monitors import SHORT
 
@@ -39,7 +39,7 @@ EDGES = example(FourEdges, clearance=2e-6)
 
 
 def settled(loop: Loop, command: float = 0.0) -> tuple[Loop, object]:
-    loop = ready(loop)
+    loop = runnable_loop(loop)
     return loop, steady_state(loop, command)
 
 
@@ -143,8 +143,8 @@ def test_a_cylinder_that_holds_its_load_rests_where_its_leaks_balance(valve: typ
 
 def test_a_run_from_the_steady_state_stays_there() -> None:
     loop = replace(load_scenario("rig/excavator-link-pi"), {"start": Steady(), "simulation.duration": 0.02})
-    start = ready(loop).init()
-    loop, found = ready(loop), start.plant
+    start = runnable_loop(loop).init()
+    loop, found = runnable_loop(loop), start.plant
     rates = loop.rates(loop.machine(start), 0.0, loop.load.force(0.0))
     assert abs(rates.plant.velocity) < 1e-9
     assert abs(rates.plant.pressure_a) < 1e-2  # [Pa/s] of 9e6 Pa
@@ -185,24 +185,24 @@ def drawn(name: str, runs: int) -> tuple[Loop, dict[str, np.ndarray]]:
 @pytest.mark.parametrize("name", ["axis/position", "axis/crane"])
 def test_a_machine_of_many_settles_with_the_bits_that_it_has_alone(name: str) -> None:
     loop, columns = drawn(name, 8)
-    asked, _ = prepare(loop)
-    found = starts(asked, columns)
+    asked, _ = prepare_loop(loop)
+    found = start_columns(asked, columns)
     for run in range(8):
-        alone = ready(replace(loop, {path: float(row[run]) for path, row in columns.items()}))
+        alone = runnable_loop(replace(loop, {path: float(row[run]) for path, row in columns.items()}))
         assert {f"start.given.{path}": value for path, value in leaves(alone.start.given)} == {
             path: row[run] for path, row in found.items()
         }
-    part = starts(asked, {path: row[5:] for path, row in columns.items()})
+    part = start_columns(asked, {path: row[5:] for path, row in columns.items()})
     assert all(np.array_equal(part[path], row[5:]) for path, row in found.items())
 
 
 @pytest.mark.parametrize("name", ["axis/position", "axis/force", "axis/crane", "axis/pump-controlled"])
 def test_machines_settle_where_minpack_says(name: str) -> None:
     """Its search begun beside the state found comes back to it, with the bristles bent as they were."""
-    loop = ready(load_scenario(name, {"start": "steady"}))
+    loop = runnable_loop(load_scenario(name, {"start": "steady"}))
     state = loop.machine(loop.init())
     numbers, force = np.array(values(state)), loop.load.force(0.0)
-    sizes = np.array([size for _, size in sized(state)])
+    sizes = np.array([size for _, size in state_sizes(state)])
     paths = [path for path, _ in leaves(state)]
     free = [i for i, path in enumerate(paths) if not path.startswith(("plant.position", "plant.friction."))]
     watched = [i for i, path in enumerate(paths) if path != "plant.position"]
@@ -228,7 +228,7 @@ def test_the_first_run_that_does_not_settle_is_named() -> None:
     loop = example(Loop, BRIEF, valve=example(FirstOrderValve), load=Constant(0.0), start=moving)
     columns = {"start.command": np.array([0.0, 0.0])}
     with pytest.raises(ParameterError, match=r"does not settle, in run 3$"):
-        starts(loop, columns, first=3)
+        start_columns(loop, columns, first=3)
 
 
 @role(Start)
@@ -249,13 +249,13 @@ class HalfWay(NamedTuple):
 def test_a_start_of_one_s_own_finds_the_states_that_it_wants() -> None:
     loop = example(Loop, BRIEF, valve=example(FirstOrderValve), load=Constant(0.0), start=HalfWay())
     there, found = settled(loop._replace(start=AsBuilt()), 0.1)
-    state = ready(loop).init()
+    state = runnable_loop(loop).init()
     assert state.plant.velocity == 0.5 * found.plant.velocity > 0.0
     assert state.plant.hydraulic_force == there.init().plant.hydraulic_force
     assert state.controller.integral == 0.05
     data = simulate(loop, metrics=(), compiled=False)
     assert data["plant.velocity"].values[0] == state.plant.velocity
-    given = ready(loop._replace(start=HalfWay(given=nested({"controller.integral": 0.3})))).init()
+    given = runnable_loop(loop._replace(start=HalfWay(given=nested({"controller.integral": 0.3})))).init()
     assert (given.plant.velocity, given.controller.integral) == (state.plant.velocity, 0.3)
 
 
@@ -286,7 +286,7 @@ def test_a_start_that_finds_what_there_is_not_is_one_line() -> None:
 @pytest.mark.parametrize("scale", [-2.0, 0.0, 1.0])
 @pytest.mark.parametrize("name", ["axis/position", "axis/force", "cases/stick-slip"])
 def test_a_friction_that_sticks_holds_no_more_than_its_breakaway(name: str, scale: float) -> None:
-    loop = ready(load_scenario(name, {"start": "steady", "uncertainty.scale": scale}))
+    loop = runnable_loop(load_scenario(name, {"start": "steady", "uncertainty.scale": scale}))
     friction, state = loop.plant.friction, loop.init().plant.friction
     assert abs(friction.bristle_stiffness * state.deflection) <= friction.breakaway
 
@@ -302,7 +302,7 @@ LINES = {"type": "Lines.from_dimensions", "length": "30 m", "highest_frequency":
 def test_lines_before_a_cylinder_settle_too(drive: dict[str, object], command: float) -> None:
     """Their flows are a millionth of what pressures are."""
     loop = load_scenario("axis/position", {"drive": drive, "start": {"type": "Steady", "command": command}})
-    loop = ready(loop)
+    loop = runnable_loop(loop)
     state = loop.init()
     rates = loop.deriv(
         0.0, loop.machine(state), loop.held(loop.sample(state, 0.0, 1e-3)._replace(hold=state.hold))

@@ -22,15 +22,15 @@ from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.machine.loads import Constant, Square
 from hydroservo.machine.plants import LoadPressurePlant
 from hydroservo.machine.valves import FirstOrderValve
+from hydroservo.runs.columns import hardest_loop
 from hydroservo.runs.step_sizes import (
     checked_steps,
-    difference,
-    fastest,
-    hardest,
+    coarseness,
+    fastest_rate,
+    fastest_rates,
+    largest_difference,
     machine_paths,
-    rates,
-    settled,
-    warning,
+    settle_substeps,
 )
 from hydroservo.scenario import load_scenario, parse_override
 from hydroservo.testing.examples import example
@@ -77,25 +77,25 @@ def natural_rate(plant: LoadPressurePlant) -> float:
 def test_at_the_start_the_fastest_rate_is_that_of_the_shut_cylinder(bulk_modulus: float) -> None:
     """An underdamped pair, whose size is the hydraulic natural frequency, or with stiff oil the leakage's."""
     loop = replace(LOOP, {"plant.bulk_modulus": bulk_modulus})
-    assert fastest(loop) == pytest.approx(natural_rate(loop.plant), rel=1e-6)
+    assert fastest_rate(loop) == pytest.approx(natural_rate(loop.plant), rel=1e-6)
 
 
 def test_a_fast_valve_is_the_fastest() -> None:
     valve = example(FirstOrderValve, time_constant=1e-5)
-    assert fastest(LOOP._replace(valve=valve)) == pytest.approx(1e5, rel=1e-6)
+    assert fastest_rate(LOOP._replace(valve=valve)) == pytest.approx(1e5, rel=1e-6)
 
 
 def test_along_a_run_the_rates_are_near_that_of_the_start() -> None:
-    found = rates(LOOP, simulate(with_substeps(LOOP, 10)))
+    found = fastest_rates(LOOP, simulate(with_substeps(LOOP, 10)))
     assert found.size >= 8
-    assert found == pytest.approx(fastest(LOOP), rel=0.05)
+    assert found == pytest.approx(fastest_rate(LOOP), rel=0.05)
 
 
 def test_an_orifice_near_a_vanishing_drop_shows() -> None:
     """Held shut against nearly the supply pressure, it is as steep as one over the root of the drop."""
     loop = LOOP._replace(load=Constant(1960.0))
     data = simulate(with_substeps(loop, 50))
-    assert fastest(loop, data) > 2.0 * fastest(loop)
+    assert fastest_rate(loop, data) > 2.0 * fastest_rate(loop)
 
 
 def test_only_what_is_finite_counts() -> None:
@@ -103,10 +103,10 @@ def test_only_what_is_finite_counts() -> None:
     lost = data.copy(deep=True)
     for path in machine_paths(LOOP):
         lost[path].values[250:] = np.nan
-    assert fastest(LOOP, lost) == pytest.approx(fastest(LOOP), rel=0.05)
+    assert fastest_rate(LOOP, lost) == pytest.approx(fastest_rate(LOOP), rel=0.05)
     for path in machine_paths(LOOP):
         lost[path].values[:] = np.nan
-    assert fastest(LOOP, lost) == 0.0
+    assert fastest_rate(LOOP, lost) == 0.0
 
 
 @pytest.mark.filterwarnings("ignore:nothing is asked for")  # in so short a run
@@ -115,33 +115,33 @@ def test_only_what_is_finite_counts() -> None:
 def test_built_in_scenarios_are_trusted(name: str) -> None:
     loop = load_scenario(name, {"simulation.duration": "0.1 s"})
     data = simulate(loop)
-    assert warning(loop, data) == ""
-    assert warning(loop) == ""
+    assert coarseness(loop, data) == ""
+    assert coarseness(loop) == ""
 
 
 @pytest.mark.parametrize("loop", [STEPPED, STIFF], ids=["demand that jumps", "stiff oil"])
 def test_steps_that_are_too_coarse_say_so(loop: Loop) -> None:
     data = checked_steps(loop, simulate)
     said = data.attrs["warning"]
-    assert said == warning(loop, simulate(loop))
+    assert said == coarseness(loop, simulate(loop))
     assert "\n" not in said
     assert 'RK4 with 1 substep in 0.001 s follows up to 500 1/s; simulation.substeps = "auto" finds' in said
-    assert warning(loop) != ""
+    assert coarseness(loop) != ""
 
 
 def test_the_warning_goes_where_the_steps_are_short_enough() -> None:
     """At h |lambda| = 0.5, for the fastest motion along the run."""
     data = simulate(with_substeps(LOOP, 10))
-    needed = math.ceil(2e-3 * fastest(LOOP, data))
-    assert warning(with_substeps(LOOP, needed), data) == ""
-    assert warning(with_substeps(LOOP, needed - 1), data) != ""
+    needed = math.ceil(2e-3 * fastest_rate(LOOP, data))
+    assert coarseness(with_substeps(LOOP, needed), data) == ""
+    assert coarseness(with_substeps(LOOP, needed - 1), data) != ""
     assert "warning" not in checked_steps(with_substeps(LOOP, needed), simulate).attrs
 
 
 def test_tsit5_is_trusted_until_its_shortest_step_is_too_long() -> None:
     adaptive = replace(STIFF, {"simulation.integrator": Tsit5()})
-    assert warning(adaptive, simulate(adaptive)) == ""
-    assert "shorten simulation.period" in warning(
+    assert coarseness(adaptive, simulate(adaptive)) == ""
+    assert "shorten simulation.period" in coarseness(
         replace(adaptive, {"simulation.integrator.most_steps": 100})
     )
 
@@ -149,9 +149,9 @@ def test_tsit5_is_trusted_until_its_shortest_step_is_too_long() -> None:
 def test_a_false_alarm_is_not_raised_where_steps_are_within_tolerance() -> None:
     """On a demand that jumps, what is trusted is right to a part in a thousand, and what is not is not."""
     finest = simulate(with_substeps(STEPPED, 200))
-    errors = {n: difference(STEPPED, simulate(with_substeps(STEPPED, n)), finest) for n in (1, 3)}
-    assert warning(with_substeps(STEPPED, 1)) != ""
-    assert warning(with_substeps(STEPPED, 3)) == ""
+    errors = {n: largest_difference(STEPPED, simulate(with_substeps(STEPPED, n)), finest) for n in (1, 3)}
+    assert coarseness(with_substeps(STEPPED, 1)) != ""
+    assert coarseness(with_substeps(STEPPED, 3)) == ""
     assert errors[3] < 1e-3
     assert errors[1] > 1e-2
 
@@ -159,11 +159,11 @@ def test_a_false_alarm_is_not_raised_where_steps_are_within_tolerance() -> None:
 def test_a_fast_motion_that_no_run_excites_raises_no_alarm() -> None:
     finest = simulate(with_substeps(LOOP, 200))
     data = checked_steps(LOOP, simulate)
-    assert warning(LOOP, data) != ""
+    assert coarseness(LOOP, data) != ""
     assert "warning" not in data.attrs
-    assert difference(LOOP, data, finest) < 1e-3
+    assert largest_difference(LOOP, data, finest) < 1e-3
     few = replace(LOOP, {"simulation.integrator": Tsit5(1e-8, 1)})
-    assert warning(few) != ""
+    assert coarseness(few) != ""
     assert "warning" not in checked_steps(few, simulate).attrs
 
 
@@ -180,13 +180,13 @@ def test_a_load_that_jumps_inside_a_step_is_looked_at(period: float, says: str) 
 def test_differences_are_relative_to_each_states_largest_value() -> None:
     a = simulate(with_substeps(LOOP, 10))
     b = a.copy(deep=True)
-    assert difference(LOOP, a, b) == 0.0
+    assert largest_difference(LOOP, a, b) == 0.0
     b["plant.hydraulic_force"].values[100] += 1e-3 * np.abs(a["plant.hydraulic_force"].values).max()
-    assert difference(LOOP, a, b) == pytest.approx(1e-3, rel=1e-2)
+    assert largest_difference(LOOP, a, b) == pytest.approx(1e-3, rel=1e-2)
     b["plant.velocity"].values[-1] = math.nan
-    assert difference(LOOP, a, b) == math.inf
+    assert largest_difference(LOOP, a, b) == math.inf
     a["plant.velocity"].values[-1] = math.nan
-    assert difference(LOOP, a, b) == pytest.approx(1e-3, rel=1e-2)
+    assert largest_difference(LOOP, a, b) == pytest.approx(1e-3, rel=1e-2)
 
 
 def test_a_machine_that_stands_still_settles_at_once() -> None:
@@ -197,9 +197,9 @@ def test_a_machine_that_stands_still_settles_at_once() -> None:
     assert "warning" not in data.attrs
     moved = data.copy(deep=True)
     moved["plant.velocity"].values[-1] = 1e-3
-    assert difference(loop, moved, data) > 1e3
+    assert largest_difference(loop, moved, data) > 1e3
     data["plant.velocity"].values[:] = 0.0
-    assert difference(loop, moved, data) == math.inf
+    assert largest_difference(loop, moved, data) == math.inf
 
 
 @pytest.mark.parametrize("loop", [LOOP, STIFF, SOFT], ids=["ordinary", "stiff", "soft"])
@@ -210,16 +210,16 @@ def test_auto_picks_what_step_doubling_confirms(loop: Loop, tolerance: float) ->
     substeps, error = data.attrs["substeps"], data.attrs["step_error"]
     assert error <= tolerance
     assert "warning" not in data.attrs
-    assert warning(with_substeps(loop, substeps), data) == ""
+    assert coarseness(with_substeps(loop, substeps), data) == ""
     runs = [simulate(with_substeps(loop, n)) for n in (substeps, 2 * substeps, 8 * substeps)]
-    assert difference(loop, *runs[:2]) == error
-    assert difference(loop, runs[0], runs[2]) < 2.0 * tolerance
+    assert largest_difference(loop, *runs[:2]) == error
+    assert largest_difference(loop, runs[0], runs[2]) < 2.0 * tolerance
     assert all(np.array_equal(data[path], runs[0][path]) for path in machine_paths(loop))
 
 
 def test_auto_takes_more_for_a_stiffer_machine_and_a_tighter_tolerance() -> None:
     found = [
-        settled(replace(loop, {"simulation.tolerance": tolerance}), simulate).attrs["substeps"]
+        settle_substeps(replace(loop, {"simulation.tolerance": tolerance}), simulate).attrs["substeps"]
         for loop, tolerance in ((SOFT, 1e-6), (LOOP, 1e-6), (LOOP, 1e-9), (STIFF, 1e-9))
     ]
     assert found == sorted(set(found))
@@ -227,14 +227,14 @@ def test_auto_takes_more_for_a_stiffer_machine_and_a_tighter_tolerance() -> None
 
 def test_auto_does_not_repeat_runs() -> None:
     log: list[int] = []
-    chosen = settled(LOOP, recorded(log)).attrs["substeps"]
+    chosen = settle_substeps(LOOP, recorded(log)).attrs["substeps"]
     assert log[-2:] == [chosen, 2 * chosen]
     assert len(log) == len(set(log)) <= 3
 
 
 def test_a_load_that_jumps_inside_substeps_does_not_settle_and_tsit5_does() -> None:
     log: list[int] = []
-    lost = settled(UNALIGNED, recorded(log))
+    lost = settle_substeps(UNALIGNED, recorded(log))
     assert lost.attrs["step_error"] > 1e-5
     assert lost.attrs["warning"].startswith(
         f"the steps did not settle: {lost.attrs['substeps']} substeps and"
@@ -242,7 +242,7 @@ def test_a_load_that_jumps_inside_substeps_does_not_settle_and_tsit5_does() -> N
     assert "; the load jumps inside a step, first at " in lost.attrs["warning"]
     assert lost.attrs["warning"].endswith(" s; Tsit5 ends one there")
     assert lost.attrs["substeps"] in log[:-1]
-    found = settled(replace(UNALIGNED, {"simulation.integrator": Tsit5()}), simulate)
+    found = settle_substeps(replace(UNALIGNED, {"simulation.integrator": Tsit5()}), simulate)
     assert found.attrs["substeps"] == 1
     assert found.attrs["step_error"] < 1e-6
     assert "warning" not in found.attrs
@@ -278,7 +278,7 @@ class Thrown(NamedTuple):
 def test_a_law_that_chatters_does_not_settle_and_says_how_far_it_is() -> None:
     relay = LOOP._replace(controller=Relay(), simulation=SHORT._replace(duration=2.0))
     log: list[int] = []
-    data = settled(relay, recorded(log))
+    data = settle_substeps(relay, recorded(log))
     assert data.attrs["step_error"] > 1e-3
     assert f"differ by {data.attrs['step_error']:.1e} of" in data.attrs["warning"]
     assert len(log) < 8
@@ -287,7 +287,7 @@ def test_a_law_that_chatters_does_not_settle_and_says_how_far_it_is() -> None:
 def test_a_run_that_diverges_is_given_up_soon() -> None:
     """A positive feedback that throws the piston away, whatever the steps, until the law is lost."""
     log: list[int] = []
-    data = settled(LOOP._replace(controller=Thrown()), recorded(log))
+    data = settle_substeps(LOOP._replace(controller=Thrown()), recorded(log))
     assert bool(data.diverged)
     assert len(log) < 8
 
@@ -304,7 +304,7 @@ def test_lost_runs_are_given_up_soon_unless_a_finer_one_is_whole(first_whole: in
             data["plant.velocity"].values[-len(log) :] = math.nan
         return data
 
-    data = settled(LOOP, run)
+    data = settle_substeps(LOOP, run)
     assert len(log) == calls
     assert (data.attrs["step_error"] == 0.0) == (first_whole == 2)
     assert ("warning" in data.attrs) == (first_whole == 1000)
@@ -316,7 +316,7 @@ def test_the_hardest_of_many_machines() -> None:
         "plant.mass": np.array([6.0, 60.0, 0.06, 6.0]),
         "simulation.seed": np.array([1.0, 2.0, 3.0, 4.0]),
     }
-    loop = hardest(LOOP, [parameters])
+    loop = hardest_loop(LOOP, [parameters])
     assert (loop.plant.bulk_modulus, loop.plant.mass) == (8e8, 0.06)
     assert repr(loop.simulation.seed) == "3"
 

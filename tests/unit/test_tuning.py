@@ -28,9 +28,8 @@ from hydroservo.control.monitors import CommandEnergy, IntegralCriteria
 from hydroservo.core.block import Block
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.runs import objective
-from hydroservo.runs.space import latin_hypercube
 from hydroservo.runs.tuned import Tuned
-from hydroservo.runs.tuning import searched
+from hydroservo.runs.tuning import latin_hypercube, search_gains
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.tuning import tune as bounded_tune
 from hydroservo.testing.examples import example
@@ -209,9 +208,9 @@ def test_first_candidates_are_those_of_scipys_latin_hypercube(dimensions: int) -
 def test_candidates_far_from_the_best_are_looked_at_too() -> None:
     """The least error has a gain of about 6, around which hundreds of candidates lie."""
     search = (Aim([SINE], [1.0]), {GAIN: (0.3, 30.0)}, 1024, 0, None, None)
-    assert searched(*search, Strict(4.0)).parameters[GAIN] <= 4.0
+    assert search_gains(*search, Strict(4.0)).parameters[GAIN] <= 4.0
     with pytest.raises(HydroservoError, match=r"keeps the bounds at a closer look\. Nearest is .*: too much"):
-        searched(*search, Strict(0.0))
+        search_gains(*search, Strict(0.0))
 
 
 def test_an_interrupt_before_anything_is_found_is_one() -> None:
@@ -463,7 +462,7 @@ def test_what_a_search_stumbles_over_later_is_one_line(
     monkeypatch: pytest.MonkeyPatch, generation: int
 ) -> None:
     """The optimiser lets it pass as it is, in its first population and after that."""
-    counted, means = 0, objective.means
+    counted, means = 0, objective.candidate_means
 
     def nan(aim: Aim, i: int, runs: Any) -> Any:
         nonlocal counted
@@ -472,7 +471,7 @@ def test_what_a_search_stumbles_over_later_is_one_line(
             runs = runs.assign({aim.metric: runs[aim.metric] * math.nan})
         return means(aim, i, runs)
 
-    monkeypatch.setattr(objective, "means", nan)
+    monkeypatch.setattr(objective, "candidate_means", nan)
     loop = load_scenario("rig/1khz-pi-sine", {"simulation.duration": "20 ms"})
     with pytest.raises(ParameterError) as caught:
         tune(Aim([loop]), {"controller.proportional_gain": (1.0, 10.0)}, candidates=192)

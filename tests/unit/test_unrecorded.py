@@ -7,7 +7,7 @@ import xarray as xr
 from hydroservo import HydroservoWarning, Loop, Simulation, simulate
 from hydroservo.control.controllers import TSMC
 from hydroservo.figures.run import plot_comparison, plot_run
-from hydroservo.runs.cautions.unrecorded import record_caution, unrecorded_command
+from hydroservo.runs.cautions.run import record_caution, unrecorded_command
 from hydroservo.testing.examples import example
 
 PERIOD, STRIDE = 1e-4, 10

@@ -28,7 +28,7 @@ from hydroservo.machine.valves import FirstOrderValve
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.results import metrics_of
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.registry import load_plugin
 from hydroservo.testing.examples import example
@@ -74,21 +74,22 @@ def test_python_and_toml_mean_the_same_loop(tmp_path: Path) -> None:
     here, there = MACHINE._replace(controller=example(TSMC)), load_scenario(written(tmp_path, SCENARIO))
     assert_same_block(there.controller.model, wired(here).controller.model)
     assert wired(here) == there
-    assert scenario_hash(ready(here)) == scenario_hash(ready(there))
+    assert scenario_hash(runnable_loop(here)) == scenario_hash(runnable_loop(there))
     assert same_metrics(here, there)
 
 
 def test_a_law_put_into_a_loaded_machine_believes_in_that_machine() -> None:
     scenario = load_scenario("rig/excavator-link")
     loop = replace(scenario, {"controller": example(TSMC)})
-    model = ready(loop).controller.model
+    model = runnable_loop(loop).controller.model
     assert_same_block(model, believed(scenario))
     assert model.supply.supply_pressure == scenario.supply.simplified().supply_pressure != 40e5
     law = {"controller": {"type": "Backstepping", "velocity_gain": 100, "force_gain": 100}}
     named = load_scenario("rig/excavator-link", law | {"uncertainty.scale": 0})
     nominal = load_scenario("rig/excavator-link", {"uncertainty.scale": 0})
     assert_same_block(
-        ready(replace(nominal, {"controller": example(TSMC)})).controller.model, named.controller.model
+        runnable_loop(replace(nominal, {"controller": example(TSMC)})).controller.model,
+        named.controller.model,
     )
 
 

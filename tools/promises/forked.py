@@ -21,7 +21,7 @@ LIBRARIES = (
     *("llvmlite.binding", "pydantic", "jinja2", "typer", "rich.progress", "rich.table"),
     *("hydroservo.figures.run", "hydroservo.figures.batch", "hydroservo.export.c"),
     "encodings.unicode_escape",  # of jinja2: another user may not be able to read Python's files
-    *("hydroservo.figures.studies", "hydroservo.runs.tuning", "hydroservo.studies.running"),
+    *("hydroservo.figures.studies", "hydroservo.runs.tuning", "hydroservo.studies.study"),
 )
 
 

@@ -135,7 +135,7 @@ def killed(begun: Started) -> None:
 
 def watched(command: Command, pipe: int, number: int) -> None:
     """Report to a pipe each call that changes a file, that of a number with another word, and parts done."""
-    from hydroservo.work.store import Store
+    from hydroservo.work.store import UnitStore
 
     command.prepare()
     seen = 0
@@ -146,13 +146,13 @@ def watched(command: Command, pipe: int, number: int) -> None:
             os.write(pipe, b"now\n" if seen == number else b"event\n")
             seen += 1
 
-    write = Store.write
+    write = UnitStore.write
 
-    def reported(self: Store, key: str, table: Any) -> None:
+    def reported(self: UnitStore, key: str, table: Any) -> None:
         write(self, key, table)
         os.write(pipe, f"{self.part(key).relative_to(self.folder)}\n".encode())
 
-    Store.write = reported  # type: ignore[method-assign]
+    UnitStore.write = reported  # type: ignore[method-assign]
     sys.addaudithook(hear)
 
 

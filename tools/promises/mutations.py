@@ -12,7 +12,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.errors import ScenarioError
 from hydroservo.core.field import declared_fields
 from hydroservo.core.group import group_class
-from hydroservo.runs.provenance import describe
+from hydroservo.runs.provenance import block_tables
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.registry import makers, shipped_classes
 from hydroservo.scenario.tables import parse_toml
@@ -136,9 +136,9 @@ def types() -> tuple[str, ...]:
 
 def canonical(loop: Loop) -> Tables:
     """A loop's canonical tables as a scenario takes them: without what is computed before a run."""
-    tables = describe(loop)
+    tables = block_tables(loop)
     del tables["type"], tables["metrics"]
-    tables["controls"] = describe(loop.controls)
+    tables["controls"] = block_tables(loop.controls)
     without_derived(loop, tables)
     return tables
 

@@ -14,7 +14,7 @@ import numpy as np
 from hydroservo import Loop, simulate
 from hydroservo.core.block import Block, leaves
 from hydroservo.runs.cautions import warnings_of
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.runs.step_sizes import machine_paths
 from tools.promises.drawn_loops import AIMS, drawn
 from tools.promises.reference import Followed, follow
@@ -56,7 +56,7 @@ def judge(loop: Loop) -> Judged:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         data = simulate(loop, record=paths)
-        whole = ready(loop)
+        whole = runnable_loop(loop)
     states = np.stack([data[path].values for path in paths[:-1]], axis=1)
     return Judged(said_of(data), labels_of(whole, states))
 

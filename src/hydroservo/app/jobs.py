@@ -15,9 +15,10 @@ from hydroservo.app.source import Home, Report, Source, page_scenario_text, page
 from hydroservo.control.loop import AUTO, Loop
 from hydroservo.core.errors import HydroservoError, HydroservoWarning, short
 from hydroservo.core.outputs import temporary_folder
-from hydroservo.runs.run import Mode, PreparedRun, simulate
+from hydroservo.runs.kernels import Mode
+from hydroservo.runs.run import PreparedRun, simulate
 from hydroservo.runs.step_sizes import with_substeps
-from hydroservo.runs.trace import dataset
+from hydroservo.runs.trace import run_dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -135,7 +136,7 @@ def sketch_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -> 
     run = PreparedRun.of(loop, None, Mode(compiled=True, strict=False))
     if loop.simulation.substeps == AUTO:
         run = run._replace(loop=with_substeps(run.loop, substeps))
-    return dataset(run.trace(progress))
+    return run_dataset(run.trace(progress))
 
 
 class Download(NamedTuple):

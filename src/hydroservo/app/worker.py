@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from hydroservo.app.form import Stopped, failure_at_field
 from hydroservo.app.source import Home
 from hydroservo.core.command_scale import commands_in
-from hydroservo.work.processes import begin_worker, single_threaded_children
+from hydroservo.work.execution import begin_worker, single_threaded_children
 
 PATIENCE = 1.5  # s, more than GRACE, in which the last job of the same page ends
 LOOK = 0.05  # s between two looks for a page that has gone

@@ -22,7 +22,7 @@ from hydroservo.machine.loads.constant import Constant
 from hydroservo.machine.starts import Steady
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.runs.steady import steady_state
 
 LOOKS = 2000  # instants of a run at which its demand is looked at
@@ -70,7 +70,7 @@ def freeze_loop(loop: Loop, time: float) -> FrozenLoop:
     """
     demand, force = loop.reference.at(time).value, loop.load.force(time)
     still = loop._replace(load=Constant(force), start=Steady(), sensors=smoothed(exact_sensors(loop.sensors)))
-    begun, command = ready(still)._replace(start=Steady()), 0.0
+    begun, command = runnable_loop(still)._replace(start=Steady()), 0.0
     if isinstance(loop.controls, Velocity):
         with suppress(ParameterError):
             command = command_for(begun, demand)

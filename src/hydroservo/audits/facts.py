@@ -22,7 +22,7 @@ from hydroservo.cosimulation import refuse_fmus
 from hydroservo.linear import Linearization, linearize
 from hydroservo.linear.view import loop_view
 from hydroservo.runs.cautions import quietly
-from hydroservo.runs.run import ready, simulate
+from hydroservo.runs.run import runnable_loop, simulate
 
 Matrix = NDArray[np.float64]
 
@@ -226,7 +226,7 @@ def lumped_monitor(loop: Loop) -> Lumped | None:
 def facts_of(loop: Loop, record: Sequence[str] = (), watching: Sequence[Block] = ()) -> tuple[LoopFacts, Any]:
     """The facts of a loop, after a run of it, and that run."""
     refuse_fmus(loop, "audit it")
-    begun = ready(loop)
+    begun = runnable_loop(loop)
     monitor = lumped_monitor(begun)
     monitors = [*watching, CommandPeaks(), *([monitor] if monitor else [])]
     data = quietly(simulate)(loop, record=record, metrics=monitors)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from hydroservo.audits.chatter import Chatter
 from hydroservo.audits.oscillation import OSCILLATION, SustainedOscillation
 from hydroservo.core.formatting import counted, number, quantity
-from hydroservo.runs.behaviour import pressure_line
 from hydroservo.runs.provenance import origin_of_loop
+from hydroservo.runs.run_finding import pressure_line
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
 from hydroservo.show.finding import title_of
 
@@ -125,7 +125,7 @@ def audit_finding(audit: "Audit", scenario: str = "") -> Finding:
 
 
 def draw_audit_margins(margins: "Sequence[Assumption]") -> "Plot":
-    from hydroservo.figures.margins import plot_margins
+    from hydroservo.figures.audit import plot_margins
 
     return plot_margins(margins)
 

@@ -23,7 +23,7 @@ from hydroservo.linear.onset import with_amplified_command
 from hydroservo.machine.loads.later import LaterLoad
 from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.cautions import quietly
-from hydroservo.runs.run import ready, simulate
+from hydroservo.runs.run import runnable_loop, simulate
 
 FINE_BITS = 32  # the most that a converter has
 FINE = 1e-15  # [m] a resolution that nothing tells from none
@@ -270,7 +270,7 @@ def continued_loop(loop: Loop, frequency: float) -> Loop:
     whole = period * round(duration / period)
     sparse = loop._replace(simulation=loop.simulation._replace(record_period=whole))
     run = quietly(simulate)(sparse, metrics=[])
-    state = {path: float(run[path][-1]) for path, _ in leaves(ready(loop).init()) if path in run}
+    state = {path: float(run[path][-1]) for path, _ in leaves(runnable_loop(loop).init()) if path in run}
     known = {path: value for path, value in state.items() if math.isfinite(value)}
     span = period * math.ceil(min(duration, CYCLES / frequency) / period)
     end = float(run["time"][-1])

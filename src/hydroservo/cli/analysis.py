@@ -77,7 +77,7 @@ def limit_command(scenario: Scenario, changes: Changes, plugins: Plugins, output
     """
     from hydroservo.limits import limit
     from hydroservo.limits.finding import MEANINGS, limits_finding
-    from hydroservo.runs.run import trace_size
+    from hydroservo.runs.trace import trace_size
 
     loop = load_loop(scenario, changes, plugins)
     output.present(

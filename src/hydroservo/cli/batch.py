@@ -23,7 +23,7 @@ from hydroservo.cli.options import (
     vary_option,
 )
 from hydroservo.core.outputs import OutputError, keep_elsewhere, staged, write_text
-from hydroservo.runs.results import FORMATS, Format, save
+from hydroservo.runs.results import FORMATS, ResultFormat, save
 from hydroservo.show.journal import NO_JOURNAL, Journal
 
 if TYPE_CHECKING:
@@ -353,9 +353,9 @@ def write_batch_file(file: Path, table: "xr.Dataset", metric: str, journal: Jour
     ending = file.suffix.lower()
     if ending in FORMATS:
         save(table, file)
-        if ending == Format.CSV.ending:
+        if ending == ResultFormat.CSV.ending:
             write_text(file, journal.csv(file.read_text(encoding="utf-8")))
     else:
-        from hydroservo.runs.batch_finding import draw
+        from hydroservo.runs.batch_finding import draw_spread
 
-        draw(table, metric).save(file, origin=table.attrs["hash"])
+        draw_spread(table, metric).save(file, origin=table.attrs["hash"])

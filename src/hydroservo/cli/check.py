@@ -33,7 +33,7 @@ def check_command(file: File, json: Json = False) -> None:
     - `hydroservo check my_controller.py --json`
     """
     from hydroservo.cli.messages import progress_bar
-    from hydroservo.show.numbers import as_json
+    from hydroservo.show.files import as_json
     from hydroservo.testing.contract import group_by_cause
 
     blocks = blocks_in(file)

@@ -98,7 +98,7 @@ def export_c_command(
     """
     from hydroservo.export.c.project import memory_size
     from hydroservo.export.products import export_c, proof_line
-    from hydroservo.show.numbers import as_json
+    from hydroservo.show.files import as_json
 
     options = {"part": part, "prefix": prefix, "precision": precision, "inlined": inline}
     unit, proof, files = export_loop(export_c, scenario, changes, plugins, out, **options)
@@ -151,7 +151,7 @@ def export_fmu_command(
     """
     from hydroservo.export.compilers import platforms_named
     from hydroservo.export.products import export_fmu, proof_line
-    from hydroservo.show.numbers import as_json
+    from hydroservo.show.files import as_json
 
     platforms = platforms_named(platforms)
     options = {"part": part, "prefix": prefix, "version": version, "clocked": clocked, "platforms": platforms}
@@ -190,7 +190,7 @@ def export_ssp_command(
     """
     from hydroservo.export.compilers import platforms_named
     from hydroservo.export.products import export_ssp, proof_line
-    from hydroservo.show.numbers import as_json
+    from hydroservo.show.files import as_json
 
     platforms = platforms_named(platforms)
     options = {"version": version, "platforms": platforms}

@@ -14,8 +14,8 @@ from hydroservo.cli.messages import say_warning
 from hydroservo.cli.options import WHERE, DecimalComma, FigureFormat, FigureSize, Json, folder_at, is_folder
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.core.outputs import OutputError, check_outputs, existing_folder, written_or_kept
+from hydroservo.show.files import METRICS, as_json
 from hydroservo.show.journal import NO_JOURNAL, Journal, journal_of
-from hydroservo.show.numbers import METRICS, as_json
 
 if TYPE_CHECKING:
     from hydroservo.cli.messages import Report
@@ -129,7 +129,7 @@ class CommandOutput(NamedTuple):
         Its largest file takes about ``size`` bytes; ``others`` are files that ``compute`` or ``write_more``
         writes besides."""
         from hydroservo.cli.messages import progress_bar
-        from hydroservo.show.page import REPORT
+        from hydroservo.show.files import REPORT
 
         folder = self.file.parent if self.file else self.folder
         known = [self.file] if self.file else [folder / METRICS, folder / REPORT] if folder else []
@@ -164,7 +164,7 @@ class CommandOutput(NamedTuple):
 
     def write(self, place: Path, finding: "Finding") -> list[Path]:
         """Write the report of a finding into a folder, or the one file that is wanted of it."""
-        from hydroservo.show.page import origin_in, write_finding
+        from hydroservo.show.files import origin_in, write_finding
 
         if self.file is None:
             return write_finding(place, finding, repeat_command(self.context), self.journal)

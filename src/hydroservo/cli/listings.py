@@ -75,7 +75,7 @@ def show_study_source(
 
     - `hydroservo studies show small > my-study.toml`
     """
-    from hydroservo.studies.file import study_source
+    from hydroservo.studies.spec_file import study_source
 
     print_toml(study_source(name))
 
@@ -112,7 +112,7 @@ def describe_command(
     """
     from hydroservo.scenario.descriptions import describe_types, first_sentence, role_named, types_by_role
     from hydroservo.scenario.registry import load_plugin
-    from hydroservo.show.numbers import as_json
+    from hydroservo.show.files import as_json
 
     for plugin in plugins:
         load_plugin(plugin)
@@ -148,7 +148,7 @@ def schema_command(
     from hydroservo.core.outputs import write_text
     from hydroservo.scenario.descriptions import scenario_schema
     from hydroservo.scenario.registry import load_plugin
-    from hydroservo.show.numbers import as_json
+    from hydroservo.show.files import as_json
 
     for plugin in plugins:
         load_plugin(plugin)

@@ -89,7 +89,7 @@ def progress_with_rate(report: Report, count: int, what: str = "runs") -> Callab
 
 def warn_of_sizes(scenario: str, loop: "Loop") -> None:
     """A size that no machine has, before a run of it that may take long, on stderr."""
-    from hydroservo.runs.cautions.sizes import size_cautions
+    from hydroservo.runs.cautions.loop import size_cautions
 
     for text in size_cautions(loop):
         say_warning(scenario, text)

@@ -13,7 +13,7 @@ import typer
 from hydroservo.cli.messages import say_warning, warn_of_sizes
 from hydroservo.core.builtin import titles
 from hydroservo.core.errors import HydroservoError, HydroservoWarning
-from hydroservo.show.journal import FIGURE_FORMATS, Size
+from hydroservo.show.journal import FIGURE_FORMATS, FigureWidth
 
 if TYPE_CHECKING:
     from hydroservo.control.loop import Loop
@@ -108,7 +108,7 @@ Plugins = Annotated[
     ),
 ]
 FigureSize = Annotated[
-    Size | None,
+    FigureWidth | None,
     typer.Option(
         "--figure-size",
         help="Write each picture as a figure for a journal too, into the folder figures of --out, as wide as "

@@ -11,7 +11,7 @@ from hydroservo.cli.commands import errors_name_scenario
 from hydroservo.cli.frame import CommandOutput, with_output
 from hydroservo.cli.options import Changes, Plugins, Scenario, Scenarios, Strict, Verbose, load_loop
 from hydroservo.core.errors import require
-from hydroservo.runs.results import Format
+from hydroservo.runs.results import ResultFormat
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,8 +32,8 @@ def run_command(
     plugins: Plugins,
     output: CommandOutput,
     form: Annotated[
-        Format, typer.Option("--format", help="Format of the trajectory that goes into --out.")
-    ] = Format.CSV,
+        ResultFormat, typer.Option("--format", help="ResultFormat of the trajectory that goes into --out.")
+    ] = ResultFormat.CSV,
     interpreted: Annotated[
         bool, typer.Option("--interpreted", help="Run in plain Python, thousands of times slower, to debug.")
     ] = False,
@@ -55,10 +55,11 @@ def run_command(
     - `hydroservo run paper/sine-tsmc --out results --figure-size one-column --figure-format pdf`
     """
     from hydroservo.cli.messages import log_kernels
-    from hydroservo.runs.run import Mode, traced
+    from hydroservo.runs.kernels import Mode
+    from hydroservo.runs.run import run_trace
     from hydroservo.runs.run_finding import run_finding
 
-    if output.folder and form is Format.PARQUET:
+    if output.folder and form is ResultFormat.PARQUET:
         require("pyarrow", "parquet", "Parquet")
     loop = load_loop(scenario, changes, plugins)
     size = trace_memory([(scenario, loop)]) if output.folder else 0
@@ -67,7 +68,7 @@ def run_command(
     def ask(report: "Report") -> "Trace":
         with log_kernels(verbose), errors_name_scenario(scenario):
             record = None if output.folder else NOTHING
-            return traced(loop, record, mode, progress=lambda fraction: report(fraction, scenario))
+            return run_trace(loop, record, mode, progress=lambda fraction: report(fraction, scenario))
 
     output.present(scenario, ask, partial(run_finding, scenario=scenario, ending=form.ending), size=size)
 
@@ -95,7 +96,7 @@ def compare_command(
     """
     from hydroservo.cli.messages import log_kernels
     from hydroservo.runs.arguments import check_one_signal
-    from hydroservo.runs.comparison_finding import comparison_finding
+    from hydroservo.runs.comparison import comparison_finding
     from hydroservo.runs.run import simulate
 
     loops = [load_loop(scenario, changes, plugins) for scenario in scenarios]
@@ -118,7 +119,7 @@ def compare_command(
 
 def trace_memory(loops: "Sequence[tuple[str, Loop]]") -> int:
     """How much memory the trajectories of scenarios will take [bytes]; a large one is said on stderr."""
-    from hydroservo.runs.run import trace_size
+    from hydroservo.runs.trace import trace_size
 
     size = 0
     for scenario, loop in loops:

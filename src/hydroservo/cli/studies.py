@@ -83,16 +83,16 @@ def study_command(
     from hydroservo.cli.interrupts import acknowledge_interrupt
     from hydroservo.cli.messages import progress_bar, say_warning
     from hydroservo.scenario import parse_override
+    from hydroservo.show.files import as_json
     from hydroservo.show.journal import journal_of
-    from hydroservo.show.numbers import as_json
     from hydroservo.show.terminal import show_finding
     from hydroservo.studies.report.finding import study_finding
-    from hydroservo.studies.report.folder import report_files, write_report
-    from hydroservo.studies.running import MANIFEST, study
+    from hydroservo.studies.report.folder import study_report_files, write_study_report
+    from hydroservo.studies.study import MANIFEST, study
 
     check_one_place(workers, scheduler)
     journal = journal_of(figure_format, None, out, decimal_comma)
-    try_outputs([out / MANIFEST, *report_files(out)])
+    try_outputs([out / MANIFEST, *study_report_files(out)])
     with progress_bar("reading the study") as report:
         try:
             found = study(
@@ -109,7 +109,7 @@ def study_command(
             acknowledge_interrupt(f"; what is done is in {out}, and the same command goes on from there")
             raise
         report(1.0, "drawing")
-        page = write_report(
+        page = write_study_report(
             found.table,
             found.manifest,
             found.verdicts,
@@ -140,19 +140,19 @@ def paper_command(
     """
     from hydroservo.cli.frame import try_outputs, write_or_keep
     from hydroservo.cli.messages import progress_bar
-    from hydroservo.papers.tsmc_eha_2021.report.folder import report_files, write_report
+    from hydroservo.papers.tsmc_eha_2021.report.folder import paper_report_files, write_paper_report
     from hydroservo.papers.tsmc_eha_2021.report.tables import verdict_table
     from hydroservo.papers.tsmc_eha_2021.study import run_study
     from hydroservo.show.terminal import show_table
 
-    try_outputs(report_files(out))
+    try_outputs(paper_report_files(out))
     with progress_bar("preparing") as report:
 
         def progress(done: int, total: int, what: str) -> None:
             report(done / total, what)
 
         study = run_study(progress)
-        left = write_or_keep(out, lambda place: [write_report(study, place, progress)])
+        left = write_or_keep(out, lambda place: [write_paper_report(study, place, progress)])
     show_table(verdict_table(study.verdicts))
     left.check()
     typer.echo(f"report: {left.files[0]}")

@@ -26,7 +26,7 @@ from hydroservo.cli.options import (
 if TYPE_CHECKING:
     from hydroservo.cli.messages import Report
     from hydroservo.runs.tuned import Tuned
-    from hydroservo.runs.tuning import Progress
+    from hydroservo.runs.tuning import SearchProgress
     from hydroservo.scenario.tuning_task import TuningTask
     from hydroservo.show import Finding
 
@@ -169,7 +169,7 @@ def tune_command(
     """
     from hydroservo.cli.interrupts import INTERRUPTED, acknowledge_interrupt
     from hydroservo.cli.messages import log_kernels
-    from hydroservo.runs.aims import metric_field
+    from hydroservo.runs.objective import metric_field
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.tuning import best_values, without_none
     from hydroservo.scenario.tuning_task import task_of_scenarios
@@ -207,7 +207,7 @@ def describe_tuned(
 ) -> "Finding":
     """What a search says, with the command that runs the best values, and their file."""
     from hydroservo.core.outputs import write_text
-    from hydroservo.runs.tuned_finding import tuned_finding
+    from hydroservo.runs.tuned import tuned_finding
     from hydroservo.scenario.tuning import as_toml, comments_of
 
     words = ["hydroservo", "run" if len(scenarios) == 1 else "compare", *scenarios]
@@ -245,7 +245,7 @@ def errors_name_options(options: Mapping[str, object]) -> Iterator[None]:
         raise ParameterError(option, options[error.path], f"{allowed}{semicolon}{count}") from None
 
 
-def progress_with_best(report: "Report", unit: str, task: "TuningTask") -> "Progress":
+def progress_with_best(report: "Report", unit: str, task: "TuningTask") -> "SearchProgress":
     """Reports how many candidates are done, and the best so far."""
     from hydroservo.core.formatting import quantity
 

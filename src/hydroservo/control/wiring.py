@@ -1,7 +1,7 @@
 """What a loop leaves open and itself answers: a law's model, the areas that sensors know, a law's signal.
 
 The one place for Python, scenarios and the command line. :func:`wired` fills in models and areas;
-:func:`with_signal` the signal, which :func:`~hydroservo.runs.run.ready` asks for at the start of a run.
+:func:`with_signal` the signal, which :func:`~hydroservo.runs.run.runnable_loop` asks for before a run.
 """
 
 from hydroservo.control.controlled.command import Command

@@ -52,6 +52,19 @@ def leaves(block: Block, prefix: str = "") -> Iterator[tuple[str, Any]]:
             yield prefix + name, value
 
 
+def nested_blocks(block: Block, path: str = "") -> Iterator[tuple[str, Block]]:
+    """A block and those nested in it, the outer ones first, with their paths."""
+    yield path, block
+    for name, value in zip(block._fields, block, strict=True):
+        if is_block(value):
+            yield from nested_blocks(value, f"{path}.{name}" if path else name)
+
+
+def is_under(path: str, place: str) -> bool:
+    """Whether a dotted path is a place, or leads below it."""
+    return path == place or path.startswith(f"{place}.")
+
+
 def values(block: Block) -> list[Any]:
     """Each number of a block or state, in the order of :func:`leaves`, at a third of its cost."""
     found: list[Any] = []

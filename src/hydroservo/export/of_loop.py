@@ -38,8 +38,8 @@ from hydroservo.language.program import Program, check_law
 from hydroservo.language.terms import REAL, Record
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.fitting import first_state
-from hydroservo.runs.provenance import scenario_hash, scenario_text
-from hydroservo.runs.run import complete, ready, simulate
+from hydroservo.runs.provenance import canonical_toml, scenario_hash
+from hydroservo.runs.run import complete_loop, runnable_loop, simulate
 from hydroservo.runs.steady import SIZES
 
 TAKES = {  # name and type of each argument of step besides the state
@@ -107,8 +107,8 @@ def exported_unit(
         raise LoopError(f"{part}: exported in double precision only; time and states need the digits")
     if part not in (Part.CONTROLLER, Part.DEMAND):
         refuse_fmus(loop, f"write its {part} as C")
-    loop = complete(loop)
-    ready_loop = with_its_substeps(ready(loop)) if part in STEPPED else ready(loop)
+    loop = complete_loop(loop)
+    ready_loop = with_its_substeps(runnable_loop(loop)) if part in STEPPED else runnable_loop(loop)
     translation = translate_unit(ready_loop, part, prefix)
     first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures
     read, later = needed_by(translation, init=True), needed_by(translation, init=False)
@@ -130,7 +130,7 @@ def exported_unit(
         part=part,
         prefix=prefix,
         title=title,
-        scenario=scenario_text(loop),
+        scenario=canonical_toml(loop),
         hash=digest,
         version=__version__,
         period=period,

@@ -16,7 +16,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.texts import default_prefix
 from hydroservo.export.unit import CModule, FmiVersion, Part, Precision
 from hydroservo.runs.arguments import as_list, checked_loop, checked_path
-from hydroservo.runs.fitting import named
+from hydroservo.runs.fitting import name_with_inner
 
 Progress = Callable[[float, str], None]  # called with the fraction done, and what is being done
 Choice = TypeVar("Choice", bound=StrEnum)
@@ -215,7 +215,7 @@ def translate_part(
     """A part of a loop in C, with a title such as "TSMC of scenario paper/sine-tsmc"."""
     if not isinstance(name, str):
         raise ParameterError("name", name, "must be a string: the name of a scenario")
-    law = named(loop.controller, "controller")
+    law = name_with_inner(loop.controller, "controller")
     what = law if part is Part.CONTROLLER else part.value.capitalize()
     return exported_unit(
         loop,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.formatting import SUPERSCRIPT, readable_unit
-from hydroservo.figures.panels import limits
+from hydroservo.figures.panels import range_with_margin
 from hydroservo.figures.style import PALETTE, Plot, figure, style
 
 Numbers = NDArray[np.float64]
@@ -43,7 +43,7 @@ NO_BREAK = "\N{NO-BREAK SPACE}"
 SYMBOL = re.compile(r"\b([A-Za-z]+)_(\w+)\b|(?<=\s)([A-Za-z]|rho)(?=\N{NO-BREAK SPACE}|$)")
 
 
-class Grid(NamedTuple):
+class BatchGrid(NamedTuple):
     """A figure's panels, and the axes of the distribution beside them."""
 
     fig: Plot
@@ -51,7 +51,7 @@ class Grid(NamedTuple):
     beside: Axes
 
 
-class Measured(NamedTuple):
+class ShownMetric(NamedTuple):
     """A metric of the runs that are shown, in the unit of its axis."""
 
     meaning: str
@@ -73,53 +73,53 @@ def plot_batch(table: xr.Dataset, varied: Sequence[str], metric: str) -> Plot:
         varied: the paths of what varied, columns of the table.
         metric: the name of a metric.
     """
-    runs = measured(table, metric)
+    runs = shown_metric(table, metric)
     with style():
         grid = grid_for(len(varied))
         draw_distribution(grid, runs)
         for axis, path in zip(grid.panels, varied, strict=True):
-            draw_panel(axis, table[path], runs)
+            draw_runs_panel(axis, table[path], runs)
         for axis in grid.panels:
             plain_ticks(axis.yaxis)  # last, for each panel sets the common scale anew
-        if counted(runs):
+        if is_counted(runs):
             count_alike(grid, runs)
-        grid.fig.legend(handles=handles(grid, runs), loc="outside upper center", ncols=4)
+        grid.fig.legend(handles=legend_handles(grid, runs), loc="outside upper center", ncols=4)
     return grid.fig
 
 
-def measured(table: xr.Dataset, metric: str) -> Measured:
+def shown_metric(table: xr.Dataset, metric: str) -> ShownMetric:
     """The values to show, in a unit that fits."""
     if metric not in table:
         raise ParameterError("metric", metric, "is not a metric of these runs")
     kept = ~table["diverged"].values & np.isfinite(table[metric].values)
     values, about = table[metric].values[kept], table[metric].attrs
-    unit, factor = scale(about["units"], values)
-    return Measured(about["long_name"], unit, factor * values, kept, table["diverged"].values)
+    unit, factor = unit_scale(about["units"], values)
+    return ShownMetric(about["long_name"], unit, factor * values, kept, table["diverged"].values)
 
 
-def grid_for(count: int) -> Grid:
+def grid_for(count: int) -> BatchGrid:
     """Rows of so many panels, with the distribution beside the first; that alone where nothing is drawn."""
     if not count:
         fig = figure(2.4)
-        return Grid(fig, (), fig.subplots())
+        return BatchGrid(fig, (), fig.subplots())
     rows = math.ceil(count / WIDEST)
     across = math.ceil(count / rows)
     fig = figure(0.6 + 1.9 * rows)
     spec = fig.add_gridspec(rows, across + 1, width_ratios=[1.0] * across + [0.15 + 0.08 * across])
     first = fig.add_subplot(spec[0, 0])
     others = [fig.add_subplot(spec[divmod(i, across)], sharey=first) for i in range(1, count)]
-    return Grid(fig, [first, *others], fig.add_subplot(spec[0, across], sharey=first))
+    return BatchGrid(fig, [first, *others], fig.add_subplot(spec[0, across], sharey=first))
 
 
-def draw_distribution(grid: Grid, runs: Measured) -> None:
+def draw_distribution(grid: BatchGrid, runs: ShownMetric) -> None:
     """How many runs have which value: sideways beside panels, whose common range it sets."""
     axis, sideways = grid.beside, bool(grid.panels)
-    low, high = extent(runs.values)
+    low, high = metric_extent(runs.values)
     if spans_decades(runs.values):
         (axis.set_yscale if sideways else axis.set_xscale)("log")
     orientation: Literal["horizontal", "vertical"] = "horizontal" if sideways else "vertical"
     axis.hist(runs.values, edges_of(runs.values).tolist(), orientation=orientation, color=RUN, alpha=0.6)
-    if enough(runs):
+    if has_enough_runs(runs):
         for quantile, line in QUANTILES.items():
             across = axis.axhline if sideways else axis.axvline
             across(float(np.quantile(runs.values, quantile)), color=TREND, linestyle=line)
@@ -131,24 +131,24 @@ def draw_distribution(grid: Grid, runs: Measured) -> None:
     if sideways:
         axis.tick_params(labelleft=False, which="both")
     else:
-        axis.set_xlabel(labelled(runs.meaning, runs.unit, LABELS))
+        axis.set_xlabel(axis_label(runs.meaning, runs.unit, LABELS))
         plain_ticks(axis.xaxis)
 
 
 def edges_of(values: Numbers) -> Numbers:
     """The edges of the bins in which runs are counted, the more runs the more, from least to largest."""
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
-    low, high = (low, high) if low < high else extent(values)
+    low, high = (low, high) if low < high else metric_extent(values)
     bins = min(max(math.ceil(2.0 * math.sqrt(values.size)), FEWEST_BINS), MOST_BINS)
     return np.geomspace(low, high, bins + 1) if spans_decades(values) else np.linspace(low, high, bins + 1)
 
 
-def draw_panel(axis: Axes, column: xr.DataArray, runs: Measured) -> None:
+def draw_runs_panel(axis: Axes, column: xr.DataArray, runs: ShownMetric) -> None:
     """The runs against one of the numbers that varied."""
-    unit, factor = scale(column.attrs["units"], column.values)
+    unit, factor = unit_scale(column.attrs["units"], column.values)
     x = factor * column.values
-    edge = 0.0 if counted(runs) else EDGE * float(np.ptp(x))
-    if counted(runs):
+    edge = 0.0 if is_counted(runs) else EDGE * float(np.ptp(x))
+    if is_counted(runs):
         spacing: Literal["log", "linear"] = "log" if spans_decades(runs.values) else "linear"
         axis.hexbin(x[runs.kept], runs.values, gridsize=CELLS, yscale=spacing, mincnt=1, cmap=COUNTS, lw=0.1)
     else:
@@ -162,9 +162,9 @@ def draw_panel(axis: Axes, column: xr.DataArray, runs: Measured) -> None:
     across = place.get_gridspec().ncols - 1 if place is not None else 1
     parts = str(column.name).split(".")
     owner = next((name for part, name in OWNERS.items() if part in parts[:-1]), "")
-    axis.set_xlabel(labelled(owner + column.attrs["long_name"], unit, LABELS // across))
+    axis.set_xlabel(axis_label(owner + column.attrs["long_name"], unit, LABELS // across))
     if place is not None and place.is_first_col():
-        axis.set_ylabel(labelled(runs.meaning, runs.unit, LABELS // 2))
+        axis.set_ylabel(axis_label(runs.meaning, runs.unit, LABELS // 2))
     else:
         axis.tick_params(labelleft=False, which="both")
 
@@ -192,16 +192,16 @@ def draw_trend(axis: Axes, x: Numbers, y: Numbers) -> None:
 
 def levelled(x: Numbers, y: Numbers) -> Numbers:
     """Runs moved along their slope to the middle of x, where that takes away most of their range."""
-    level = y - slope(x, y) * (x - x.mean())
-    return level if spread(level) < 0.5 * spread(y) else y
+    level = y - resistant_slope(x, y) * (x - x.mean())
+    return level if quantile_span(level) < 0.5 * quantile_span(y) else y
 
 
-def spread(values: Numbers) -> float:
+def quantile_span(values: Numbers) -> float:
     low, high = np.quantile(values, (min(QUANTILES), max(QUANTILES)))
     return float(high - low)
 
 
-def slope(x: Numbers, y: Numbers) -> float:
+def resistant_slope(x: Numbers, y: Numbers) -> float:
     """That of Tukey's resistant line, through the medians of the outer thirds, which no single run tilts."""
     third = max(x.size // 3, 1)
     (left, right), (low, high) = (
@@ -226,7 +226,7 @@ def mark_lost(axis: Axes, x: Numbers, lost: NDArray[np.bool_]) -> None:
         marks.set(markersize=5, markeredgewidth=0.6)
 
 
-def count_alike(grid: Grid, runs: Measured) -> None:
+def count_alike(grid: BatchGrid, runs: ShownMetric) -> None:
     """One scale of counts for all panels."""
     clouds = [axis.collections[0] for axis in grid.panels]
     norm = LogNorm(1.0, max(float(np.max(np.asarray(cloud.get_array()))) for cloud in clouds))
@@ -237,10 +237,10 @@ def count_alike(grid: Grid, runs: Measured) -> None:
     plain_ticks(bar.ax.yaxis)
 
 
-def handles(grid: Grid, runs: Measured) -> list[Line2D]:
+def legend_handles(grid: BatchGrid, runs: ShownMetric) -> list[Line2D]:
     """What the legend explains."""
     shown, lost = runs.values.size, int(runs.lost.sum())
-    few = "" if enough(runs) else f"; fewer than {ALIKE} show no quantiles"
+    few = "" if has_enough_runs(runs) else f"; fewer than {ALIKE} show no quantiles"
     label = f"{shown:,} run{'s' * (shown != 1)}{few}"
     dot = Line2D([], [], marker=".", linestyle="", color=RUN, label=label)
     lines = [
@@ -250,16 +250,16 @@ def handles(grid: Grid, runs: Measured) -> list[Line2D]:
     mark = Line2D(
         [], [], marker="|", linestyle="", color=LOST, label=f"diverged: {lost:,} of {runs.kept.size:,}"
     )
-    dots = [dot] if few or (grid.panels and not counted(runs)) else []
-    return [*dots, *(lines if enough(runs) else []), *([mark] if lost else [])]
+    dots = [dot] if few or (grid.panels and not is_counted(runs)) else []
+    return [*dots, *(lines if has_enough_runs(runs) else []), *([mark] if lost else [])]
 
 
-def enough(runs: Measured) -> bool:
+def has_enough_runs(runs: ShownMetric) -> bool:
     """Enough runs for their quantiles to mean something."""
     return runs.values.size >= ALIKE
 
 
-def counted(runs: Measured) -> bool:
+def is_counted(runs: ShownMetric) -> bool:
     return runs.values.size > DOTS
 
 
@@ -267,14 +267,14 @@ def spans_decades(values: Numbers) -> bool:
     return bool(values.size) and 0.0 < WIDE * float(values.min()) < float(values.max())
 
 
-def extent(values: Numbers) -> tuple[float, float]:
+def metric_extent(values: Numbers) -> tuple[float, float]:
     """A range that holds all runs, with a margin."""
     if spans_decades(values):
         return float(values.min()) / MARGIN, float(values.max()) * MARGIN
-    return limits([values], 0.0)
+    return range_with_margin([values], 0.0)
 
 
-def scale(unit: str, values: Numbers) -> tuple[str, float]:
+def unit_scale(unit: str, values: Numbers) -> tuple[str, float]:
     """The unit in which SI numbers are neither tiny nor huge, and the factor to it."""
     largest = float(np.max(np.abs(values), initial=0.0))
     label, factor = readable_unit(unit, largest)
@@ -284,17 +284,17 @@ def scale(unit: str, values: Numbers) -> tuple[str, float]:
     return f"10{str(power).translate(SUPERSCRIPT)} {label}".strip(), factor / 10.0**power
 
 
-def labelled(meaning: str, unit: str, width: int) -> str:
+def axis_label(meaning: str, unit: str, width: int) -> str:
     """The name of an axis, in lines of so many characters, its symbols set as such.
 
     The unit that some meanings have in them is left out.
     """
     unit = f" [{unit}]".replace(" ", NO_BREAK) if unit else ""
     lines = fill(meaning.partition(" [")[0] + unit, width, break_long_words=False)
-    return SYMBOL.sub(symbol, lines.replace("$", r"\$")).replace(NO_BREAK, " ")
+    return SYMBOL.sub(symbol_text, lines.replace("$", r"\$")).replace(NO_BREAK, " ")
 
 
-def symbol(found: re.Match[str]) -> str:
+def symbol_text(found: re.Match[str]) -> str:
     base, sub = found[1] or found[3], found[2]
     base = f"\\{GREEK[base]}" if base in GREEK else base
     return f"${base}_{{{sub}}}$" if sub else f"${base}$"

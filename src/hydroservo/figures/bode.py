@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hydroservo.linear import Linearization
 
 Response = NDArray[np.complex128]
-Values = NDArray[np.float64]
+Numbers = NDArray[np.float64]
 
 HEIGHT = 5.6  # inch
 ROWS = (2.2, 1.6, 0.7)  # of magnitude, phase and coherence
@@ -40,7 +40,7 @@ MARGIN = 1.15  # of an axis, beyond the outermost pole
 FAINT = {"color": GREY, "linewidth": 0.6, "linestyle": ":", "zorder": 1}
 
 
-class Column(NamedTuple):
+class ResponseColumn(NamedTuple):
     """One column of panels: a response, and another beside it."""
 
     title: str
@@ -48,9 +48,9 @@ class Column(NamedTuple):
     beside: str | None = None
 
 
-OPEN, CLOSED = Column("open loop", "open"), Column("closed loop", "closed")
-COLUMNS = (OPEN, CLOSED, Column("compliance", "compliance", "open_compliance"))
-WITH_LOGS = (Column("machine", "machine"), OPEN, CLOSED)  # for logs tell nothing of the compliance
+OPEN, CLOSED = ResponseColumn("open loop", "open"), ResponseColumn("closed loop", "closed")
+COLUMNS = (OPEN, CLOSED, ResponseColumn("compliance", "compliance", "open_compliance"))
+WITH_LOGS = (ResponseColumn("machine", "machine"), OPEN, CLOSED)  # for logs tell nothing of the compliance
 
 
 def plot_bode(data: xr.Dataset) -> Plot:
@@ -74,18 +74,18 @@ def plot_bode(data: xr.Dataset) -> Plot:
             axes[-1, place].set_xlabel("frequency [Hz]")
         for axis, label in zip(axes[1:, 0], ("phase [°]", "coherence"), strict=False):
             axis.set_ylabel(label)
-        legend(fig, data)
+        add_bode_legend(fig, data)
         fig.align_ylabels()
     return fig
 
 
-def draw_column(data: xr.Dataset, axes: Sequence[Axes], column: Column) -> None:
+def draw_column(data: xr.Dataset, axes: Sequence[Axes], column: ResponseColumn) -> None:
     """The panels of a response, one above the other."""
     top, middle = axes[0], axes[1]
     unit, scale = in_command_unit(data[column.name].attrs["units"])
     if unit:
         largest = float(np.abs(data[column.name]).max())
-        prefix, unit = readable(unit, scale * largest)
+        prefix, unit = readable_size(unit, scale * largest)
         scale *= prefix
         top.set_yscale("log")
         top.set_ylabel(f"[{unit}]")
@@ -96,7 +96,7 @@ def draw_column(data: xr.Dataset, axes: Sequence[Axes], column: Column) -> None:
             if name:
                 f, response = points["frequency"].values, points[name].values
                 shown = GREY if name == column.beside else colour
-                top.plot(f, sized(response, scale, bool(unit)), line, color=shown)
+                top.plot(f, response_size(response, scale, bool(unit)), line, color=shown)
                 middle.plot(f, degrees(response), line, color=shown)
     if "tone" in data.coords:
         draw_measured(data, axes, column, scale)
@@ -106,29 +106,31 @@ def draw_column(data: xr.Dataset, axes: Sequence[Axes], column: Column) -> None:
     top.xaxis.set_major_formatter(FuncFormatter(lambda f, _: f"{f:g}"))
     middle.yaxis.set_major_locator(multiples(middle))
     if "point" not in data.dims:
-        mark(data, axes, column.name)
+        mark_bandwidth(data, axes, column.name)
 
 
-def draw_measured(data: xr.Dataset, axes: Sequence[Axes], column: Column, scale: float) -> None:
+def draw_measured(data: xr.Dataset, axes: Sequence[Axes], column: ResponseColumn, scale: float) -> None:
     """What was measured as dots, and its coherence below."""
     coherence = data[f"{column.name}_coherence"]
     for name, colour in ((column.beside, GREY), (column.name, PALETTE[0])):
         if name:
-            dots(axes, data[name], data[f"{name}_measured"], coherence, scale, colour, DOTS["simulation"])
+            draw_dots(
+                axes, data[name], data[f"{name}_measured"], coherence, scale, colour, DOTS["simulation"]
+            )
 
 
 def draw_recorded(data: xr.Dataset, axes: Sequence[Axes], name: str, scale: float) -> None:
     """What logs tell of a response, each in its colour."""
     line = data[name].isel(point=0) if "point" in data.dims else data[name]
-    for log, colour in logs_of(data):
+    for log, colour in coloured_logs(data):
         own = data.isel(
             recorded=np.flatnonzero((data["log"] == log) & data[f"{name}_recorded_coherence"].notnull())
         )
         response, coherence = own[f"{name}_recorded"], own[f"{name}_recorded_coherence"]
-        dots(axes, line, response, coherence, scale, colour, DOTS["log"])
+        draw_dots(axes, line, response, coherence, scale, colour, DOTS["log"])
 
 
-def dots(
+def draw_dots(
     axes: Sequence[Axes],
     line: xr.DataArray,
     response: xr.DataArray,
@@ -142,39 +144,39 @@ def dots(
     near = np.interp(np.log(f), np.log(line["frequency"]), degrees(line.values))
     phase = near + (np.degrees(np.angle(values)) - near + 180.0) % 360.0 - 180.0  # of its own turn
     colours = [to_rgba(colour, 1.0 if one >= COHERENT else PALE) for one in coherence.values]
-    for axis, shown in ((axes[0], sized(values, scale, bool(line.attrs["units"]))), (axes[1], phase)):
+    for axis, shown in ((axes[0], response_size(values, scale, bool(line.attrs["units"]))), (axes[1], phase)):
         axis.scatter(f, shown, s=area, color=colours, linewidths=0, zorder=3)
     axes[2].scatter(f, coherence.values, s=DOTS["log"], color=colour, linewidths=0)
     axes[2].set_ylim(0.0, 1.05)
 
 
-def logs_of(data: xr.Dataset) -> list[tuple[str, str]]:
+def coloured_logs(data: xr.Dataset) -> list[tuple[str, str]]:
     """The recorded logs, each with a colour."""
     names = list(dict.fromkeys(data["log"].values.tolist())) if "log" in data.coords else []
     return [(name, PALETTE[1 + i % (len(PALETTE) - 1)]) for i, name in enumerate(names)]
 
 
-def mark(data: xr.Dataset, axes: Sequence[Axes], name: str) -> None:
+def mark_bandwidth(data: xr.Dataset, axes: Sequence[Axes], name: str) -> None:
     """Crossover and bandwidth, where the response has them."""
     if name == "open":
-        level(axes[0], 0.0)
-        level(axes[1], -180.0)
-        write(axes[0], margins_of(data) if data["stable"] else ["unstable for small motions"])
+        draw_level(axes[0], 0.0)
+        draw_level(axes[1], -180.0)
+        write_lines(axes[0], margin_texts(data) if data["stable"] else ["unstable for small motions"])
         for w in data["gain_crossovers"].values[-1:]:
             if math.isfinite(data["phase_margin"]):
-                upright(axes[:2], w / (2.0 * math.pi))
+                draw_upright(axes[:2], w / (2.0 * math.pi))
     if name == "closed":
-        level(axes[0], -20.0 * math.log10(math.sqrt(2.0)))
-        level(axes[1], -QUARTER)
+        draw_level(axes[0], -20.0 * math.log10(math.sqrt(2.0)))
+        draw_level(axes[1], -QUARTER)
         said = [
             f"{text} at {quantity(float(data[key]), 'Hz')}"
             for key, text in (("bandwidth", "\N{MINUS SIGN}3 dB"), ("bandwidth_90", "\N{MINUS SIGN}90°"))
             if math.isfinite(data[key])
         ]
-        write(axes[0], said)
+        write_lines(axes[0], said)
 
 
-def margins_of(data: xr.Dataset) -> list[str]:
+def margin_texts(data: xr.Dataset) -> list[str]:
     """The margins that there are and the onset of oscillation, a line each."""
     shown = ("gain_margin", "phase_margin", "disk_margin", "oscillation_gain")
     known = [name for name in shown if not math.isnan(data[name])]
@@ -184,29 +186,29 @@ def margins_of(data: xr.Dataset) -> list[str]:
     ]
 
 
-def level(axis: Axes, value: float) -> None:
+def draw_level(axis: Axes, value: float) -> None:
     axis.axhline(value, color=GREY, linewidth=0.7, dashes=(4, 3), zorder=1)
 
 
-def upright(axes: Sequence[Axes], frequency: float) -> None:
+def draw_upright(axes: Sequence[Axes], frequency: float) -> None:
     for axis in axes:
         axis.axvline(frequency, color=GREY, linewidth=0.7, dashes=(4, 3), zorder=1)
 
 
-def write(axis: Axes, lines: list[str]) -> None:
+def write_lines(axis: Axes, lines: list[str]) -> None:
     clear = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
     said = "\n".join(lines)
     axis.text(0.04, 0.04, said, transform=axis.transAxes, fontsize=6.5, color=GREY, va="bottom", bbox=clear)
 
 
-def sized(response: Response, scale: float, unit: bool) -> Values:
+def response_size(response: Response, scale: float, unit: bool) -> Numbers:
     """The size of a response: in its unit, or in decibels."""
-    size: Values = np.abs(response)
+    size: Numbers = np.abs(response)
     with np.errstate(divide="ignore"):  # nothing is drawn of a response of 0
         return scale * size if unit else 20.0 * np.log10(size)
 
 
-def degrees(response: Response) -> Values:
+def degrees(response: Response) -> Numbers:
     """The phase without jumps but half a turn down where nothing damps, its first value near -45 degrees."""
     angle = np.degrees(np.angle(response))
     turned = (np.diff(angle) + 180.0 + HALF) % 360.0 - 180.0 - HALF
@@ -221,7 +223,7 @@ def multiples(axis: Axes) -> MultipleLocator:
     return MultipleLocator(QUARTER * steps if high - low > 2.0 * QUARTER else 0.5 * QUARTER)
 
 
-def readable(unit: str, largest: float) -> tuple[float, str]:
+def readable_size(unit: str, largest: float) -> tuple[float, str]:
     """The factor, and the unit with a prefix, in which a response is near 1."""
     power = min(PREFIXES, key=lambda one: abs(math.log10(largest / one)))
     return 1.0 / power, f"{PREFIXES[power]}{unit}"
@@ -237,7 +239,7 @@ def curves_of(data: xr.Dataset) -> list[tuple[xr.Dataset, Any]]:
     return [(data.isel(point=i), mpl.colormaps["viridis"](shade)) for i, shade in enumerate(shades)]
 
 
-def legend(fig: Figure, data: xr.Dataset) -> None:
+def add_bode_legend(fig: Figure, data: xr.Dataset) -> None:
     """One legend above all panels."""
     if "point" in data.dims:
         unit = data["point"].attrs["units"]
@@ -248,7 +250,7 @@ def legend(fig: Figure, data: xr.Dataset) -> None:
         if "tone" in data.coords:
             handles.append(Line2D([], [], color=PALETTE[0], marker=".", linestyle=""))
             labels.append("measured on the simulation")
-    for log, colour in logs_of(data):
+    for log, colour in coloured_logs(data):
         handles.append(Line2D([], [], color=colour, marker=".", linestyle=""))
         labels.append(Path(log).name)
     if "recorded" not in data.coords:

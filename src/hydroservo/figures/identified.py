@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from hydroservo.figures.panels import axis_unit, largest
+from hydroservo.figures.panels import axis_unit, largest_size
 from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
 from hydroservo.identification.log import INPUTS, SIGNALS
 
@@ -34,9 +34,9 @@ def plot_log(whole: "UnderstoodLog") -> Plot:
     parts = [{**one.inputs, **one.measured} for one in whole.segments]
     names = [name for name in SIGNALS if name in parts[0]]
     with style():
-        fig, axes = panels(names)
+        fig, axes = signal_panels(names)
         for axis, name in zip(axes, names, strict=True):
-            unit, factor = axis_unit(SIGNALS[name].unit, largest([part[name] for part in parts]))
+            unit, factor = axis_unit(SIGNALS[name].unit, largest_size([part[name] for part in parts]))
             for segment, part in zip(whole.segments, parts, strict=True):
                 dense = segment.samples > MOST
                 axis.plot(segment.time, factor * part[name], color=PALETTE[0], rasterized=dense)
@@ -47,49 +47,49 @@ def plot_log(whole: "UnderstoodLog") -> Plot:
                 axis.plot(log.time[out], shown, "x", color=PALETTE[1], markersize=3.5, label=label)
                 axis.legend(loc="upper right")
             axis.set_ylabel(f"{name.replace('_', ' ')}\n[{unit}]")
-        finish(axes, log.name)
+        label_time(axes, log.name)
     return fig
 
 
 def plot_fit(fit: "LogFit") -> Plot:
     """Measured and simulated signals of a log over time, and what is left between them."""
     with style():
-        fig, axes = panels([name for name in fit.signals for _ in range(2)])
+        fig, axes = signal_panels([name for name in fit.signals for _ in range(2)])
         for i, (name, one) in enumerate(fit.signals.items()):
             upper, lower = axes[2 * i : 2 * i + 2]
             measured, shown = fit.data[name].values, fit.data[name + SUFFIX].values
-            unit, factor = axis_unit(one.unit, largest([measured]))
+            unit, factor = axis_unit(one.unit, largest_size([measured]))
             dense = fit.data.time.size > MOST
-            upper.plot(*broken(fit.data, name, factor), color=GREY, label="measured", rasterized=dense)
-            simulated = broken(fit.data, name + SUFFIX, factor)
+            upper.plot(*with_gaps(fit.data, name, factor), color=GREY, label="measured", rasterized=dense)
+            simulated = with_gaps(fit.data, name + SUFFIX, factor)
             upper.plot(*simulated, color=PALETTE[1], label="simulated", rasterized=dense)
             upper.set_ylabel(f"{name.replace('_', ' ')}\n[{unit}]")
-            unit, factor = axis_unit(one.unit, largest([measured - shown], 0.01))
+            unit, factor = axis_unit(one.unit, largest_size([measured - shown], 0.01))
             left = fit.data.assign(left=fit.data[name] - fit.data[name + SUFFIX])
-            lower.plot(*broken(left, "left", factor), color=PALETTE[0], linewidth=0.6, rasterized=dense)
-            limit = factor * max(largest([measured - shown], 0.01), 1e-300)
+            lower.plot(*with_gaps(left, "left", factor), color=PALETTE[0], linewidth=0.6, rasterized=dense)
+            limit = factor * max(largest_size([measured - shown], 0.01), 1e-300)
             lower.set_ylim(-1.3 * limit, 1.3 * limit)
             lower.set_ylabel(f"left over\n[{unit}]")
-        finish(axes, fit.understood.log.name)
+        label_time(axes, fit.understood.log.name)
         fig.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     return fig
 
 
-def panels(names: Sequence[str]) -> tuple[Plot, list[Axes]]:
+def signal_panels(names: Sequence[str]) -> tuple[Plot, list[Axes]]:
     """A figure with a panel for each name, one above the other on one time."""
     fig = figure(HEIGHT * len(names) + 0.4)
     axes = fig.subplots(len(names), 1, sharex=True, squeeze=False)
     return fig, list(axes[:, 0])
 
 
-def broken(data: xr.Dataset, name: str, factor: float) -> tuple[np.ndarray, np.ndarray]:
+def with_gaps(data: xr.Dataset, name: str, factor: float) -> tuple[np.ndarray, np.ndarray]:
     """A signal over time, with a break where the log has a gap."""
     time, values = data.time.values, factor * data[name].values
     gaps = np.flatnonzero(np.diff(time) > 1.5 * np.median(np.diff(time))) + 1
     return np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan)
 
 
-def finish(axes: Sequence[Axes], title: str) -> None:
+def label_time(axes: Sequence[Axes], title: str) -> None:
     axes[0].set_title(title.replace("$", r"\$"), loc="left")
     axes[-1].set_xlabel("time [s]")
 
@@ -110,16 +110,16 @@ def plot_static_map(found: "StaticMap") -> Plot:
         if found.kind == "decay":
             draw_decay(axis, found)
         else:
-            draw_curve(axis, found)
+            draw_map_curve(axis, found)
         axis.legend(loc="best")
     return fig
 
 
-def draw_curve(axis: Axes, found: "StaticMap") -> None:
+def draw_map_curve(axis: Axes, found: "StaticMap") -> None:
     """The second variable over the first."""
     curve = found.curve
     name_x, name_y = list(map(str, curve.data_vars))[:2]
-    x, y = scaled(axis, found, name_x, name_y)
+    x, y = label_map_axes(axis, found, name_x, name_y)
     deviation, half = curve[f"{name_y}_deviation"].values * y, curve[f"{name_y}_half"].values * y
     ways = curve["rising"].values if "rising" in curve else np.full(curve.sizes["point"], -1.0)
     for way in np.unique(ways)[::-1]:
@@ -136,12 +136,12 @@ def draw_curve(axis: Axes, found: "StaticMap") -> None:
         axis.plot(x * line.x, y * line.y, color=GREY, linewidth=1.0, label=line.label or None, zorder=3)
 
 
-def scaled(axis: Axes, found: "StaticMap", *names: str) -> list[float]:
+def label_map_axes(axis: Axes, found: "StaticMap", *names: str) -> list[float]:
     """Label both axes; the factors to their units."""
     factors = []
     for name, which in zip(names, "xy", strict=True):
         row = found.curve[name]
-        unit, factor = axis_unit(row.attrs["units"], largest([row.values]))
+        unit, factor = axis_unit(row.attrs["units"], largest_size([row.values]))
         said = row.attrs["long_name"].replace("p_A - p_B", "$p_A - p_B$")
         axis.set(**{f"{which}label": f"{said} [{unit}]"})
         factors.append(factor)
@@ -151,7 +151,7 @@ def scaled(axis: Axes, found: "StaticMap", *names: str) -> list[float]:
 def draw_decay(axis: Axes, found: "StaticMap") -> None:
     """Both pressures over time, log after log."""
     curve = found.curve
-    x, y = scaled(axis, found, "time", "pressure_a")
+    x, y = label_map_axes(axis, found, "time", "pressure_a")
     axis.set_ylabel(axis.get_ylabel().replace("pressure a", "pressure"))
     for i, chamber in enumerate("ab"):
         for number in np.unique(curve["log"].values):

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hydroservo.core.errors import HydroservoError
 from hydroservo.core.formatting import quantity, readable_unit
 from hydroservo.figures.style import GREY, Plot, figure
-from hydroservo.runs.cautions.unrecorded import Unrecorded, unrecorded_command
-from hydroservo.runs.results import scenario_of
+from hydroservo.runs.cautions.run import Unrecorded, unrecorded_command
+from hydroservo.runs.results import scenario_tables
 
 Samples = NDArray[np.float64]
 CONTROLLED = "controlled.value"
@@ -30,7 +30,7 @@ MARGIN = 0.12  # of a range, above and below
 SMALLER = {"mm": "µm", "mm/s": "µm/s", "mV": "µV", "mA": "µA"}  # by a factor of 1000
 
 
-class Trace(NamedTuple):
+class PlottedRun(NamedTuple):
     """What a plot shows of a run, in SI units; a diverged run ends where it was lost."""
 
     time: Samples
@@ -47,7 +47,7 @@ class Trace(NamedTuple):
     pressures: Mapping[str, Samples] = {}  # in both chambers, and of the supply where it is known; by name
 
 
-def trace_of(dataset: xr.Dataset) -> Trace:
+def trace_of(dataset: xr.Dataset) -> PlottedRun:
     """The signals that plots show."""
     missing = [path for path in (CONTROLLED, "reference.value", "controller.u") if path not in dataset]
     if missing:
@@ -55,9 +55,12 @@ def trace_of(dataset: xr.Dataset) -> Trace:
     demand, signal = dataset["reference.value"].values, dataset[CONTROLLED].values
     diverged = bool(dataset["diverged"])
     end = length_shown(signal) if diverged else demand.size
-    truths, estimates = pair(dataset, "disturbance"), pair(dataset, observer_path(dataset))
+    truths, estimates = (
+        disturbance_pair(dataset, "disturbance"),
+        disturbance_pair(dataset, observer_path(dataset)),
+    )
     both = bool(truths and estimates)
-    return Trace(
+    return PlottedRun(
         time=dataset["time"].values[:end],
         demand=demand[:end],
         signal=signal[:end],
@@ -66,20 +69,20 @@ def trace_of(dataset: xr.Dataset) -> Trace:
         disturbances=tuple(values[:end] for values in truths if both),
         estimates=tuple(values[:end] for values in estimates if both),
         diverged=diverged,
-        unrecorded=unrecorded_command(dataset, scenario_of(dataset)["simulation"]["period"]),
+        unrecorded=unrecorded_command(dataset, scenario_tables(dataset)["simulation"]["period"]),
         name=dataset[CONTROLLED].attrs.get("long_name", ""),
         unit=dataset[CONTROLLED].attrs.get("units", ""),
-        pressures={name: values[:end] for name, values in pressures(dataset).items()},
+        pressures={name: values[:end] for name, values in pressure_signals(dataset).items()},
     )
 
 
-def pressures(dataset: xr.Dataset) -> dict[str, Samples]:
+def pressure_signals(dataset: xr.Dataset) -> dict[str, Samples]:
     """The gauge pressures in the chambers and of the supply; empty where the chambers were not recorded."""
     chambers = {"chamber A": "plant.pressure_a", "chamber B": "plant.pressure_b"}
     if not set(chambers.values()) <= set(dataset.data_vars):
         return {}
     found = {name: dataset[path].values for name, path in chambers.items()}
-    given = scenario_of(dataset)["supply"].get("supply_pressure")
+    given = scenario_tables(dataset)["supply"].get("supply_pressure")
     if "supply.pressure" in dataset:
         found["supply"] = dataset["supply.pressure"].values
     elif given is not None:
@@ -100,13 +103,13 @@ def observer_path(dataset: xr.Dataset) -> str:
     return next((one for one in holders if f"{one}.d2" in dataset), "")
 
 
-def pair(dataset: xr.Dataset, path: str) -> tuple[Samples, ...]:
+def disturbance_pair(dataset: xr.Dataset, path: str) -> tuple[Samples, ...]:
     """The signals d1 and d2 at a path; nothing unless both were recorded."""
     names = (f"{path}.d1", f"{path}.d2")
     return tuple(dataset[name].values for name in names) if set(names) <= set(dataset.data_vars) else ()
 
 
-class Window(NamedTuple):
+class TimeWindow(NamedTuple):
     """The time that a panel shows."""
 
     title: str
@@ -119,10 +122,10 @@ class Window(NamedTuple):
     whole: bool = False  # so long that spikes would spoil its range
 
 
-WHOLE = Window("whole run", 0.0, math.inf, whole=True)
+WHOLE = TimeWindow("whole run", 0.0, math.inf, whole=True)
 
 
-class Curve(NamedTuple):
+class SignalCurve(NamedTuple):
     """A signal in SI units and how it is drawn."""
 
     label: str
@@ -139,21 +142,15 @@ class Panel(NamedTuple):
 
     quantity: str
     unit: str
-    curves: Sequence[Curve]
-    window: Window = WHOLE
+    curves: Sequence[SignalCurve]
+    window: TimeWindow = WHOLE
     fitted: Sequence[str] = ()
-    range_of: Window | None = None  # the time that the limits fit, if not the one shown
+    range_of: TimeWindow | None = None  # the time that the limits fit, if not the one shown
     zero: bool = False  # the limits hold zero
 
 
 def panel_figure(panels: Sequence[Panel], mosaic: str, height: float) -> Plot:
-    """A figure of lettered panels, with one legend above all of them.
-
-    Args:
-        panels: what to show in (a), (b) and so on.
-        mosaic: where each letter lies, as matplotlib's ``subplot_mosaic`` reads it.
-        height: of the figure, in inch.
-    """
+    """A figure of lettered panels, with one legend above all of them."""
     fig = figure(height)
     axes = fig.subplot_mosaic(mosaic)
     for letter, panel in zip("abcdef", panels, strict=False):
@@ -161,7 +158,7 @@ def panel_figure(panels: Sequence[Panel], mosaic: str, height: float) -> Plot:
         draw_panel(axis, panel)
         axis.set_xlabel(panel.window.label)
         axis.set_title(f"({letter}) {panel.window.title}", loc="left", fontsize=8)
-        axis.set_title(clipped(panel), loc="right", fontsize=6, color=GREY)
+        axis.set_title(clipped_text(panel), loc="right", fontsize=6, color=GREY)
     handles, labels = axes["a"].get_legend_handles_labels()
     if len(labels) > 1:
         fig.legend(handles, labels, loc="outside upper center", ncols=len(labels))
@@ -185,8 +182,8 @@ def draw_panel(axis: Axes, panel: Panel) -> None:
     axis.set_ylabel(f"{panel.quantity} [{unit}]")
 
 
-def draw_curve(axis: Axes, curve: Curve, window: Window, factor: float) -> None:
-    shown = inside(curve, window)
+def draw_curve(axis: Axes, curve: SignalCurve, window: TimeWindow, factor: float) -> None:
+    shown = curve_inside(curve, window)
     axis.plot(
         window.factor * (shown.time - window.zero),
         factor * shown.values,
@@ -206,17 +203,17 @@ def panel_limits(panel: Panel) -> tuple[float, float]:
     window = panel.range_of or panel.window
     fitted = [curve for curve in panel.curves if curve.label in panel.fitted]
     tail = TAIL if fitted and window.whole else 0.0
-    values = [inside(curve, window).values for curve in fitted or panel.curves]
-    return limits([*values, np.zeros(1)] if panel.zero else values, tail)
+    values = [curve_inside(curve, window).values for curve in fitted or panel.curves]
+    return range_with_margin([*values, np.zeros(1)] if panel.zero else values, tail)
 
 
-def enlarged(panel: Panel) -> list[Panel]:
+def enlarged_panels(panel: Panel) -> list[Panel]:
     """The panel again on the range of the curves that short peaks or another curve press flat, if any.
 
     And once more for what these press flat in their turn, so that each curve is seen in some panel.
     """
-    sizes = {curve.label: largest([curve.values], TAIL) for curve in panel.curves}
-    highest = largest([curve.values for curve in panel.curves])
+    sizes = {curve.label: largest_size([curve.values], TAIL) for curve in panel.curves}
+    highest = largest_size([curve.values for curve in panel.curves])
     sizes = {label: size for label, size in sizes.items() if size > highest / FLATTEST}
     panels = []
     while sizes := {label: size for label, size in sizes.items() if size < highest / FLAT}:
@@ -225,7 +222,7 @@ def enlarged(panel: Panel) -> list[Panel]:
     return panels
 
 
-def beyond(panel: Panel) -> str:
+def beyond_text(panel: Panel) -> str:
     """Which curves are for the most part outside the limits of a panel."""
     low, high = panel_limits(panel)
     gone = [
@@ -236,20 +233,20 @@ def beyond(panel: Panel) -> str:
     return f"beyond: {', '.join(gone)}" if gone else ""
 
 
-def inside(curve: Curve, window: Window) -> Curve:
+def curve_inside(curve: SignalCurve, window: TimeWindow) -> SignalCurve:
     """The samples that a window shows."""
     shown = (curve.time >= window.start - SAME_TIME) & (curve.time <= window.stop + SAME_TIME)
     return curve._replace(time=curve.time[shown], values=curve.values[shown])
 
 
-def clipped(panel: Panel) -> str:
+def clipped_text(panel: Panel) -> str:
     """Which curves leave a panel of the whole run and, where there is room to say, how far they reach."""
     if not panel.window.whole:
         return ""
     low, high = panel_limits(panel)
     reach = []
     for curve in panel.curves:
-        values = inside(curve, panel.window).values
+        values = curve_inside(curve, panel.window).values
         beyond = np.maximum(low - values, values - high)
         if np.any(beyond > 0.0):
             furthest = quantity(float(values[np.nanargmax(beyond)]), panel.unit)
@@ -257,22 +254,22 @@ def clipped(panel: Panel) -> str:
     return f"clipped: {', '.join(reach)}" if reach else ""
 
 
-def largest(curves: Sequence[Samples], tail: float = 0.0) -> float:
+def largest_size(curves: Sequence[Samples], tail: float = 0.0) -> float:
     """The largest size of all samples of all curves but a tail at either end of each; 0 without any."""
-    low, high = extent(curves, tail)
+    low, high = sample_range(curves, tail)
     return max(abs(low), abs(high)) if low <= high else 0.0
 
 
-def limits(curves: Sequence[Samples], tail: float) -> tuple[float, float]:
+def range_with_margin(curves: Sequence[Samples], tail: float) -> tuple[float, float]:
     """A range that holds all samples of all curves but a tail at either end of each, with a margin."""
-    low, high = extent(curves, tail)
+    low, high = sample_range(curves, tail)
     if low > high:
         return -1.0, 1.0
     margin = MARGIN * (high - low) or MARGIN * abs(high) or 1.0
     return low - margin, high + margin
 
 
-def extent(curves: Sequence[Samples], tail: float) -> tuple[float, float]:
+def sample_range(curves: Sequence[Samples], tail: float) -> tuple[float, float]:
     """The least and the largest sample but for tails; inf and -inf where there is none."""
     finite = [values[np.isfinite(values)] for values in curves]
     finite = [values for values in finite if values.size]

@@ -11,23 +11,22 @@ from matplotlib.axes import Axes
 from hydroservo.core.formatting import quantity, readable_unit
 from hydroservo.figures.panels import (
     WHOLE,
-    Curve,
     Panel,
+    PlottedRun,
     Samples,
-    Trace,
-    Window,
-    beyond,
+    SignalCurve,
+    TimeWindow,
+    beyond_text,
     draw_panel,
-    enlarged,
+    enlarged_panels,
     panel_limits,
     trace_of,
 )
 from hydroservo.figures.style import COLOURS, GREY, PALETTE, Plot, figure, style
 from hydroservo.runs.arguments import check_one_signal
-from hydroservo.runs.behaviour import oscillation_note
-from hydroservo.runs.conditions import differences
+from hydroservo.runs.comparison import differences
 from hydroservo.runs.results import metrics_of
-from hydroservo.runs.titles import controller_name, controller_title
+from hydroservo.runs.run_finding import controller_name, controller_title, oscillation_note
 
 HEIGHT = 1.35  # inch, of a panel
 LEGEND = 100  # characters that fit in a line of a legend
@@ -43,14 +42,14 @@ LINE = 100  # characters of a remark that fit in a line
 class TracedRun(NamedTuple):
     """A run and how it is drawn."""
 
-    trace: Trace
+    trace: PlottedRun
     label: str
     colour: str
     width: float  # points
 
-    def curve(self, values: Samples) -> Curve:
+    def curve(self, values: Samples) -> SignalCurve:
         """One of the run's signals, or one made of them, as it is drawn."""
-        return Curve(self.label, self.trace.time, values, self.colour, self.width)
+        return SignalCurve(self.label, self.trace.time, values, self.colour, self.width)
 
 
 def tracking_figure(runs: Sequence[TracedRun], spare: int = 0) -> Plot:
@@ -59,12 +58,18 @@ def tracking_figure(runs: Sequence[TracedRun], spare: int = 0) -> Plot:
     Where short peaks, or one run, press another flat, an enlarged panel follows. Call it inside
     :func:`~hydroservo.figures.style.style`.
     """
-    window = whole(runs)
+    window = whole_window(runs)
     error = Panel(
         "error", runs[0].trace.unit, [run.curve(run.trace.error) for run in runs], window, zero=True
     )
     command = Panel("command", "V", [run.curve(run.trace.command) for run in runs], window, zero=True)
-    panels = [signals(runs)._replace(window=window), error, *enlarged(error), command, *enlarged(command)]
+    panels = [
+        signal_panel(runs)._replace(window=window),
+        error,
+        *enlarged_panels(error),
+        command,
+        *enlarged_panels(command),
+    ]
     count = len(panels) + spare
     fig = figure(height=0.45 + HEIGHT * count)
     axes = fig.subplots(count, 1, sharex=True)
@@ -73,7 +78,7 @@ def tracking_figure(runs: Sequence[TracedRun], spare: int = 0) -> Plot:
         calm_on_top(axis, panel)
         if panel.fitted:
             axis.set_ylabel(f"{axis.get_ylabel()}\n(enlarged)")
-        note = beyond(panel) if panel.fitted else not_shown(runs) if panel is command else ""
+        note = beyond_text(panel) if panel.fitted else not_shown_text(runs) if panel is command else ""
         hides = panel is command and any(run.trace.unrecorded.change for run in runs)
         axis.set_title(note, loc="right", fontsize=REMARK, **(ALARM if hides else ASIDE))
     add_legend(axes[0])
@@ -85,7 +90,7 @@ def tracking_figure(runs: Sequence[TracedRun], spare: int = 0) -> Plot:
 def calm_on_top(axis: Axes, panel: Panel) -> None:
     """Draw what chatters, and so becomes a band, beneath what does not."""
     limits = panel_limits(panel)
-    sizes = [variation(np.clip(curve.values, *limits)) for curve in panel.curves]
+    sizes = [summed_changes(np.clip(curve.values, *limits)) for curve in panel.curves]
     order: list[int] = []  # from the bottom
     for i, size in enumerate(sizes):
         hidden = (place for place, below in enumerate(order) if size > CHATTER * sizes[below])
@@ -94,17 +99,17 @@ def calm_on_top(axis: Axes, panel: Panel) -> None:
         axis.lines[i].set_zorder(axis.lines[i].get_zorder() + 0.01 * place)
 
 
-def variation(signal: Samples) -> float:
+def summed_changes(signal: Samples) -> float:
     return float(np.nansum(np.abs(np.diff(signal))))
 
 
-def whole(runs: Sequence[TracedRun]) -> Window:
+def whole_window(runs: Sequence[TracedRun]) -> TimeWindow:
     """The time of all runs, in ms where they are short."""
     label, factor = readable_unit("s", max(float(run.trace.time[-1]) for run in runs))
     return WHOLE._replace(label=f"time [{label}]", factor=factor)
 
 
-def not_shown(runs: Sequence[TracedRun]) -> str:
+def not_shown_text(runs: Sequence[TracedRun]) -> str:
     """What the command does between recorded samples, in each run where these hide it."""
     notes = []
     for run in runs:
@@ -118,27 +123,27 @@ def not_shown(runs: Sequence[TracedRun]) -> str:
     return "" if not notes else line if len(line) <= LEGEND else "not all is shown between recorded samples"
 
 
-def signals(runs: Sequence[TracedRun]) -> Panel:
+def signal_panel(runs: Sequence[TracedRun]) -> Panel:
     """The controlled signal of each run, and each demand that differs from those before it."""
-    drawn: list[Trace] = []
+    drawn: list[PlottedRun] = []
     for run in runs:
         if not any(same_demand(run.trace, other) for other in drawn):
             drawn.append(run.trace)
-    demands = [truth("" if i else "demand", trace.time, trace.demand) for i, trace in enumerate(drawn)]
+    demands = [truth_curve("" if i else "demand", trace.time, trace.demand) for i, trace in enumerate(drawn)]
     first = runs[0].trace
     return Panel(first.name, first.unit, [*(run.curve(run.trace.signal) for run in runs), *demands])
 
 
-def same_demand(one: Trace, other: Trace) -> bool:
+def same_demand(one: PlottedRun, other: PlottedRun) -> bool:
     """True where two runs follow one demand as long as both are shown."""
     size = min(one.time.size, other.time.size)
     times_agree = np.array_equal(one.time[:size], other.time[:size])
     return times_agree and np.array_equal(one.demand[:size], other.demand[:size])
 
 
-def truth(label: str, time: Samples, values: Samples) -> Curve:
+def truth_curve(label: str, time: Samples, values: Samples) -> SignalCurve:
     """What a curve should follow: thin, dashed and on top, so that both are seen where they agree."""
-    return Curve(label, time, values, COLOURS["demand"], 0.8, "--")
+    return SignalCurve(label, time, values, COLOURS["demand"], 0.8, "--")
 
 
 def add_legend(axis: Axes) -> None:
@@ -175,17 +180,17 @@ def plot_run(dataset: xr.Dataset) -> Plot:
         for index, axis in enumerate(spare[len(spare) - count :]):
             draw_estimate(axis, run, index)
         note = oscillation_note(metrics_of(dataset))
-        fig.axes[0].set_title(title(controller_title(dataset), trace, note), loc="left")
+        fig.axes[0].set_title(run_title(controller_title(dataset), trace, note), loc="left")
     return fig
 
 
 def draw_pressures(axis: Axes, run: TracedRun) -> None:
     """The pressures in both chambers and of the supply."""
     curves = [
-        Curve(name, run.trace.time, values, PRESSURES[name], 1.1)
+        SignalCurve(name, run.trace.time, values, PRESSURES[name], 1.1)
         for name, values in run.trace.pressures.items()
     ]
-    draw_panel(axis, Panel("pressure", "Pa", curves, whole([run]), zero=True))
+    draw_panel(axis, Panel("pressure", "Pa", curves, whole_window([run]), zero=True))
     add_legend(axis)
 
 
@@ -195,15 +200,15 @@ def draw_estimate(axis: Axes, run: TracedRun, index: int) -> None:
     subscript = f"{{L{index + 1}}}"
     curves = [
         run._replace(label=rf"estimate $\hat{{d}}_{subscript}$").curve(estimate),
-        truth(f"disturbance $d_{subscript}$", run.trace.time, disturbance),
+        truth_curve(f"disturbance $d_{subscript}$", run.trace.time, disturbance),
     ]
-    panel = Panel(f"$d_{subscript}$", ("m/s^2", "N/s")[index], curves, whole([run]))
+    panel = Panel(f"$d_{subscript}$", ("m/s^2", "N/s")[index], curves, whole_window([run]))
     draw_panel(axis, panel)
     calm_on_top(axis, panel)
     add_legend(axis)
 
 
-def title(name: str, trace: Trace, note: str) -> str:
+def run_title(name: str, trace: PlottedRun, note: str) -> str:
     note = f"diverged at {trace.time[-1]:.3g} s" if trace.diverged else note
     return f"{name}, {note}" if note else name
 
@@ -231,7 +236,8 @@ def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Pl
         for trace, dataset in zip(traces, datasets, strict=True)
     ]
     names = [
-        literal(label) + (f" ({note})" if note else "") for label, note in zip(labels, notes, strict=True)
+        literal_label(label) + (f" ({note})" if note else "")
+        for label, note in zip(labels, notes, strict=True)
     ]
     colours = distinct_colours([controller_name(dataset) for dataset in datasets])
     # Later curves are thinner, so that those beneath are seen where runs agree.
@@ -239,11 +245,11 @@ def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Pl
     with style():
         fig = tracking_figure([TracedRun(*row) for row in zip(traces, names, colours, widths, strict=True)])
         if unequal := differences(datasets):
-            fig.supxlabel(remark(unequal), fontsize=REMARK, color=GREY)
+            fig.supxlabel(unequal_remark(unequal), fontsize=REMARK, color=GREY)
     return fig
 
 
-def remark(unequal: Iterable[str]) -> str:
+def unequal_remark(unequal: Iterable[str]) -> str:
     """In what runs differ, in one line: paths, or where these are too many the tables that hold them."""
     paths = list(unequal)
     tables = dict.fromkeys(path.partition(".")[0] for path in paths)
@@ -251,7 +257,7 @@ def remark(unequal: Iterable[str]) -> str:
     return line if len(line) <= LINE else f"unequal conditions in {', '.join(tables)}"
 
 
-def literal(label: str) -> str:
+def literal_label(label: str) -> str:
     """A label that matplotlib neither reads as a formula nor leaves out for its leading underscore."""
     shown = label.replace("$", r"\$")
     return f" {shown}" if shown.startswith("_") else shown

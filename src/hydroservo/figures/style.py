@@ -18,8 +18,8 @@ from matplotlib.text import Text
 
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.outputs import atomic_path
-from hydroservo.show.journal import TEX, Size
-from hydroservo.show.latex import escaped, label
+from hydroservo.show.journal import TEX, FigureWidth
+from hydroservo.show.latex import latex_escaped, latex_label
 
 MEASURED: Literal["center_baseline"] = "center_baseline"  # of numbers at an axis
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
@@ -97,11 +97,11 @@ def drawn_by_latex(fig: Figure) -> Iterator[None]:
         def draw_text(
             self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, **options: Any
         ) -> None:
-            shown = label(s) if options.get("ismath") else escaped(s)
+            shown = latex_label(s) if options.get("ismath") else latex_escaped(s)
             usual.draw_text(self, gc, x, y, shown, prop, angle, **options)  # type: ignore[no-untyped-call]
 
         def get_text_width_height_descent(self, s: str, prop: Any, ismath: Any) -> Any:
-            shown = label(s) if ismath else escaped(s)
+            shown = latex_label(s) if ismath else latex_escaped(s)
             return usual.get_text_width_height_descent(self, shown, prop, ismath)  # type: ignore[no-untyped-call]
 
     fig.draw_without_rendering()  # ticks are there only then
@@ -124,11 +124,7 @@ def by_its_size(text: Any) -> bool:
 
 @contextmanager
 def style(maths: bool = True) -> Iterator[None]:
-    """What is drawn inside looks like the project's figures; matplotlib's settings are put back after it.
-
-    Args:
-        maths: whether text between two signs of a dollar is a formula; False where users name what is drawn.
-    """
+    """What is drawn inside looks like the project's figures; matplotlib's settings are put back after it."""
     fonts = [*RC["font.sans-serif"], *wide_fonts()]
     with mpl.rc_context(RC | {"font.sans-serif": fonts, "text.parse_math": maths}):
         yield
@@ -150,7 +146,7 @@ class Plot(Figure):
             self.savefig(content, format="png", dpi=SHOWN)
         return content.getvalue()
 
-    def save(self, path: Path | str, *, width: Size | str | None = None, origin: str = "") -> Path:
+    def save(self, path: Path | str, *, width: FigureWidth | str | None = None, origin: str = "") -> Path:
         """Write it in the format that the file's ending names, as wide as a column of a journal if asked.
 
         The same figure always gives the same bytes. The metadata of the file hold its origin: as the
@@ -170,9 +166,9 @@ class Plot(Figure):
         if path.suffix.lower() not in ENDINGS:
             raise ParameterError("path", str(path), f"must end in one of {', '.join(ENDINGS)}")
         if width is not None:
-            if width not in [*Size]:
-                raise ParameterError("width", width, f"must be one of {', '.join(Size)}")
-            size = Size(width) if axes_across(self) <= ACROSS else Size.TWO_COLUMN
+            if width not in [*FigureWidth]:
+                raise ParameterError("width", width, f"must be one of {', '.join(FigureWidth)}")
+            size = FigureWidth(width) if axes_across(self) <= ACROSS else FigureWidth.TWO_COLUMN
             with style():
                 fit_width(self, size.width)
         with style(), atomic_path(path) as temporary:

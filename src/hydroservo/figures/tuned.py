@@ -14,7 +14,7 @@ from hydroservo.figures.panels import axis_unit
 from hydroservo.figures.style import GREY, PALETTE, Plot, figure, style
 
 if TYPE_CHECKING:
-    from hydroservo.runs.tuned import Tried, Tuned
+    from hydroservo.runs.tuned import TriedValues, Tuned
 
 ROW = 0.34  # inch, of a loop
 MARGIN = 1.6  # factor of the axis beyond the outermost dots
@@ -92,7 +92,7 @@ def plot_front(found: "Tuned") -> Plot:
         axis = fig.subplots()
         axis.set(xscale="log", yscale="log", xlabel=f"total variation of the command [{x_label}]")
         axis.set_ylabel(f"{found.metric.replace('_', ' ')} [{y_label}]".removesuffix(" []"))
-        axis.set(xlim=extent(activities, x), ylim=extent(errors, y))
+        axis.set(xlim=log_extent(activities, x), ylim=log_extent(errors, y))
         set_ticks(axis.xaxis)
         set_ticks(axis.yaxis)
         if front:
@@ -102,12 +102,12 @@ def plot_front(found: "Tuned") -> Plot:
             draw_mark(axis, name, x * one.activity, y * one.error, within=one.within)
         handles = axis.get_legend_handles_labels()[0]
         if not all(one.within for one in compared.values()):
-            handles.append(hollow("outside the bounds"))
+            handles.append(hollow_mark("outside the bounds"))
         axis.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=max(len(handles), 1))
     return fig
 
 
-def is_shown(one: "Tried") -> bool:
+def is_shown(one: "TriedValues") -> bool:
     """Whether a point has a place on logarithmic axes."""
     return 0.0 < one.error < math.inf and 0.0 < one.activity < math.inf
 
@@ -120,12 +120,12 @@ def draw_mark(axis: Axes, name: str, activity: float, error: float, *, within: b
     drawn.set(marker=marker, markersize=size, linestyle="", markerfacecolor=face)
 
 
-def hollow(label: str) -> Line2D:
+def hollow_mark(label: str) -> Line2D:
     """What a legend shows for hollow points."""
     return Line2D([], [], marker="o", linestyle="", color=GREY, markerfacecolor="white", label=label)
 
 
-def extent(values: Sequence[float], factor: float) -> tuple[float, float]:
+def log_extent(values: Sequence[float], factor: float) -> tuple[float, float]:
     """The range of a logarithmic axis that holds all values, with a margin."""
     low, high = min(values, default=1.0), max(values, default=1.0)
     span = high / low

@@ -20,7 +20,7 @@ from hydroservo.identification.observer import shift_signals
 from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of, lie_at_ends
 from hydroservo.identification.search import Misfit, Solution
 from hydroservo.limits.command import PlaybackState
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario.load import MachineBlocks
 
 STILL = 0.01  # of the largest speed, below which friction changes sign smoothly
@@ -93,7 +93,7 @@ def disturbed_experiment(
     padded = np.array([np.append(own.values, own.values[-1]) for own in forces])
     given = machine._replace(controller=law, load=DisturbedLoad(machine.load, padded, segment.period))
     varied = ("load.which", "load.amount", "controller.which", "controller.amount")
-    return Experiment(segment, given, ready(given), {}, varied)
+    return Experiment(segment, given, runnable_loop(given), {}, varied)
 
 
 def force_directions(one: Experiment, shown: Mapping[str, Vector]) -> Iterator[Direction]:
@@ -256,7 +256,7 @@ def number_changes(problem: Problem, best: Solution, found: Misfit, number: int)
         and math.isfinite(value)
     }
     segment = problem.experiments[number].segment
-    playing = Experiment(segment, machine, ready(machine), {}, tuple(given))
+    playing = Experiment(segment, machine, runnable_loop(machine), {}, tuple(given))
     lanes = {path: np.full(1 + len(given), value) for path, value in given.items()}
     for k, (path, value) in enumerate(given.items(), 1):
         lanes[path][k] = value * (1.0 + SMALL)

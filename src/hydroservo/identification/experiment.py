@@ -25,9 +25,10 @@ from hydroservo.machine import loads
 from hydroservo.machine.loads.later import LaterLoad
 from hydroservo.machine.starts import AsBuilt, Steady
 from hydroservo.runs.cautions import quietly
-from hydroservo.runs.columns import Columns, checked_columns, starts
+from hydroservo.runs.columns import Columns, checked_columns, start_columns
 from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.run import ready, simulate, studied, wanted_of
+from hydroservo.runs.kernels import recording_of, run_spec
+from hydroservo.runs.run import runnable_loop, simulate
 from hydroservo.runs.step_sizes import command_parts, with_substeps
 
 if TYPE_CHECKING:
@@ -73,15 +74,15 @@ def experiment(
     """
     refuse_fmus(loop, "identify it")
     played = playback_loop(loop, segment, substeps)
-    known = first_states(ready(played), segment)
-    every = dict(moving_states(ready(played))) | known if moving else known
-    fixed = played._replace(start=AsBuilt(nested(every | given_states(ready(played), every))))
+    known = first_states(runnable_loop(played), segment)
+    every = dict(moving_states(runnable_loop(played))) | known if moving else known
+    fixed = played._replace(start=AsBuilt(nested(every | given_states(runnable_loop(played), every))))
     start = {f"{GIVEN}{path}": value for path, value in known.items()}
     begins = [f"{GIVEN}{path}" for path in every]
     if EXTERNAL_FORCE not in segment.inputs:
-        return Experiment(segment, fixed, ready(fixed), start, (*varied, *begins))
+        return Experiment(segment, fixed, runnable_loop(fixed), start, (*varied, *begins))
     others = (path for path in varied if not path.startswith(LOAD))
-    return Experiment(segment, fixed, ready(fixed), start, (*others, *begins, BEGUN))
+    return Experiment(segment, fixed, runnable_loop(fixed), start, (*others, *begins, BEGUN))
 
 
 def played_path(path: str) -> str:
@@ -183,7 +184,7 @@ def kernel_for(
     from hydroservo.engine.lanes import CompiledLanes
 
     started, state = run_columns(one, columns), first_state(one.loop)
-    study, wanted = studied(one.loop, one.segment.samples), wanted_of(one.loop, state, ())
+    study, wanted = run_spec(one.loop, one.segment.samples), recording_of(one.loop, state, ())
     return CompiledLanes(study, wanted, state, tuple(started), strict=False), started
 
 
@@ -193,7 +194,7 @@ def run_columns(one: Experiment, columns: Mapping[str, NDArray[np.float64]]) -> 
     size = next(iter(columns.values())).size
     every = {path: columns.get(path, np.full(size, own[path])) for path in one.varied} | dict(columns)
     given = checked_columns(one.loop, every)
-    return given | starts(checked(one.given), given)
+    return given | start_columns(checked(one.given), given)
 
 
 class Nothing(NamedTuple):

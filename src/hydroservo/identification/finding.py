@@ -17,7 +17,7 @@ from hydroservo.identification.segments import UnderstoodLog
 from hydroservo.runs.provenance import origin_of_loop, scenario_hash
 from hydroservo.scenario.ranges import typed_scales
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
-from hydroservo.show.finding import logs_of, title_of
+from hydroservo.show.finding import logs_in, title_of
 
 if TYPE_CHECKING:
     from hydroservo.core.errors import HydroservoError
@@ -148,7 +148,7 @@ def log_finding(whole: UnderstoodLog, logs: Sequence[Path] = ()) -> Finding:
         [Table("signals", COLUMNS, signal_rows(numbers["signals"]), "The signals of the log.")],
         [Picture("log", CAPTION, partial(draw_signals, whole))],
         numbers,
-        logs=logs_of(logs),
+        logs=logs_in(logs),
     )
 
 
@@ -223,7 +223,7 @@ def identified_finding(
             origin_of_loop(name, identified.fitted.assembly.loop),
             origin_of_loop(f"{name}, with what was found", identified.loop),
         ],
-        logs_of(logs),
+        logs_in(logs),
     )
 
 

@@ -20,7 +20,7 @@ from hydroservo.identification.log import OUTPUTS
 from hydroservo.identification.observer import shift_signals, slope_of_shift
 from hydroservo.identification.segments import Segment
 from hydroservo.runs.columns import Columns
-from hydroservo.runs.space import Space
+from hydroservo.runs.tuning import SearchSpace
 
 STEP = 3e-4  # of a parameter's range, for its central difference
 UNCERTAIN_STEP = 3e-3  # of the narrower range of a parameter that is not sought
@@ -61,7 +61,7 @@ class Problem(NamedTuple):
     """What is fitted to what."""
 
     experiments: Sequence[Experiment]  # one for each segment
-    space: Space  # the ranges of the parameters
+    space: SearchSpace  # the ranges of the parameters
     # the numbers that follow from parameters, by path in a loop that plays a segment, in SI units
     columns: Callable[[Values], Mapping[str, Vector]]
     unknowns: Sequence[UnknownNumber]  # all that is sought, the parameters first
@@ -91,7 +91,7 @@ class SimulatedSegment(NamedTuple):
 
 
 def unknowns_of(
-    space: Space,
+    space: SearchSpace,
     experiments: Sequence[Experiment],
     spread: Mapping[tuple[int, str], float],
     delays: Ends = None,
@@ -262,7 +262,7 @@ def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
     return predict_traces(one, columns_at(problem, points, segment), problem.threads, offsets, late)
 
 
-def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[UnknownNumber]) -> Vector:
+def usual_values(own: Mapping[str, float], space: SearchSpace, unknowns: Sequence[UnknownNumber]) -> Vector:
     """The scenario's own values, a start as the log shows it, and else 0; each moved into its range."""
     found = []
     for one in unknowns:
@@ -275,7 +275,7 @@ def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unkn
 
 
 def share_of_range(ends: tuple[float, float], value: float) -> float:
-    """Where a value lies in its range, as 0 to 1; the inverse of :class:`~hydroservo.runs.tuning.Space`."""
+    """Where a value lies in its range, from 0 to 1; undone by :class:`~hydroservo.runs.tuning.SearchSpace`."""
     low, high = ends
     inside = min(max(value, low), high)
     if low * high > 0.0:

@@ -23,7 +23,7 @@ from hydroservo.identification.experiment import (
 from hydroservo.identification.observer import memory_rows
 from hydroservo.identification.problem import Ends, Problem, Values, unknowns_of, usual_values
 from hydroservo.identification.segments import Segment, UnderstoodLog, noise_of
-from hydroservo.runs.space import Space, latin_hypercube
+from hydroservo.runs.tuning import SearchSpace, latin_hypercube
 from hydroservo.scenario.datasheets import made_columns
 from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.other_tables import Deviation
@@ -90,7 +90,7 @@ def nominal_at(assembly: Assembly, path: str) -> tuple[float, Field]:
 
 def are_independent(assembly: Assembly, varied: Sequence[Variation]) -> bool:
     """Whether no number follows from another one."""
-    space = Space({one.path: (one.low, one.high) for one in varied})
+    space = SearchSpace({one.path: (one.low, one.high) for one in varied})
     try:
         loop_parameters(assembly, varied, space.values(np.array([[0.4], [0.6]]).repeat(len(varied), axis=1)))
     except ScenarioError:
@@ -114,7 +114,7 @@ def fit_problem(
     }
     own |= {one.path: value for one, _ in freed if (value := one.nominal) is not None}
     varied = [*varied, *(one for one, _ in freed)]
-    space = Space({one.path: (one.low, one.high) for one in varied})
+    space = SearchSpace({one.path: (one.low, one.high) for one in varied})
     numbers = tuple(loop_parameters(assembly, varied, space.values(consistent_points(assembly, space))))
     constructed = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
     columns, paths = partial(played_columns, assembly, varied, constructed), tuple(map(played_path, numbers))
@@ -142,7 +142,7 @@ def played_columns(
     return {played_path(path): row for path, row in columns.items()}
 
 
-def consistent_points(assembly: Assembly, space: Space) -> NDArray[np.float64]:
+def consistent_points(assembly: Assembly, space: SearchSpace) -> NDArray[np.float64]:
     """Points within ranges at which what constructors take goes together; all that were tried, if none."""
     count = len(space.ranges)
     diagonal = np.repeat([[0.5], [0.25], [0.75]], count, axis=1)

@@ -19,7 +19,7 @@ from hydroservo.identification.problem import (
     simulate_segments,
 )
 from hydroservo.identification.segments import TO_DEVIATION, noise_of
-from hydroservo.runs.space import latin_hypercube
+from hydroservo.runs.tuning import latin_hypercube
 
 Vector = NDArray[np.float64]
 Weights = Mapping[tuple[int, str], float]  # by log and signal, in the inverse of its unit

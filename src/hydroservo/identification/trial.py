@@ -20,7 +20,7 @@ from hydroservo.identification.result import FittedProblem, Identified
 from hydroservo.identification.search import misfit_at
 from hydroservo.identification.segments import Segment
 from hydroservo.limits.command import command_limits
-from hydroservo.runs.space import Space
+from hydroservo.runs.tuning import SearchSpace
 
 TONES = 12
 EACH = 8  # candidates of each kind
@@ -288,7 +288,7 @@ def covariance_with(found: Identified, command: Matrix, shown: Matrix, like: Seg
         for name, row in measured.items()
     }
     unknowns = unknowns_of(fit.problem.space, [playing], spread, fit.problem.delays, fit.problem.uncertain)
-    x = np.array([*fit.best.x[:count], *usual_values({}, Space({}), unknowns[count:])])
+    x = np.array([*fit.best.x[:count], *usual_values({}, SearchSpace({}), unknowns[count:])])
     weights = {(0, name): fit.best.weights[like.log, name] for name in measured}
     problem = fit.problem._replace(experiments=[playing], unknowns=unknowns, spread=spread, usual=x)
     if found.horizon is not None:

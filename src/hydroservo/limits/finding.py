@@ -7,8 +7,7 @@ from hydroservo.core.formatting import measured, number
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import origin_of
 from hydroservo.runs.results import save
-from hydroservo.runs.run_finding import steps_line
-from hydroservo.runs.titles import controller_title
+from hydroservo.runs.run_finding import controller_title, steps_line
 from hydroservo.show import Cell, Column, Finding, Line, Picture, Table
 from hydroservo.show.finding import title_of
 

@@ -22,7 +22,7 @@ from hydroservo.limits.search import (
 )
 from hydroservo.machine.sensors import IdealSensors
 from hydroservo.runs.arguments import checked_loop
-from hydroservo.runs.run import Progress
+from hydroservo.runs.run import RunProgress
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 from hydroservo.work.notebook_bar import shows_progress
@@ -94,7 +94,7 @@ class Limits(NamedTuple):
 
 
 @shows_progress
-def limit(loop: Loop, *, progress: Progress | None = None) -> Limits:
+def limit(loop: Loop, *, progress: RunProgress | None = None) -> Limits:
     """The least rms error that any controller could leave, at a loop's sample rate and within its limits.
 
     The command is found by optimal control of the very machine that is simulated, with the integrator's

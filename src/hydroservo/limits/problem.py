@@ -14,7 +14,7 @@ from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.core.states import filled
 from hydroservo.core.twins import Twins
 from hydroservo.limits.command import CommandLimits
-from hydroservo.runs.steady import sized
+from hydroservo.runs.steady import state_sizes
 
 LEAST_ROOT = 1e-30  # below it a root is 0, and its slope too, which is infinite there
 STAGES = 3  # forces that a step of RK4 asks for: at its beginning, middle and end
@@ -188,7 +188,7 @@ def untranslated(error: Exception) -> ParameterError:
 
 def check_rates(loop: Loop, like: Block, rates: Any) -> None:
     """Refuse expressions that do not compute what the machine's text does, near its start."""
-    first, size = np.array(values(like)), np.array([one for _, one in sized(like)])
+    first, size = np.array(values(like)), np.array([one for _, one in state_sizes(like)])
     trials = [(first + share * size, command) for share in (0.0, NEAR, -NEAR) for command in (1.0, -1.0)]
     ours = np.array([values(loop.rates(filled(like, iter(x.tolist())), u, 0.0)) for x, u in trials])
     theirs = np.array([np.array(rates(x, u, 0.0)).ravel() for x, u in trials])

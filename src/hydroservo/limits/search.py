@@ -18,8 +18,9 @@ from hydroservo.limits.command import CommandLimits, Playback
 from hydroservo.limits.problem import Course, Optimum, PeriodModel, ProblemScales, optimum, period_model
 from hydroservo.machine.integrators.jumps import BEFORE
 from hydroservo.runs.cautions import with_warning
-from hydroservo.runs.run import Progress, plan_of, ready, simulate
-from hydroservo.runs.steady import sized
+from hydroservo.runs.run import RunProgress, runnable_loop, simulate
+from hydroservo.runs.trace import plan_of
+from hydroservo.runs.steady import state_sizes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,7 +142,7 @@ def rest_beginning(loop: Loop, limits: CommandLimits, run: "xr.Dataset") -> Begi
     samples = run[COMMAND].size - 1
     states = np.repeat(np.array(values(like))[:, np.newaxis], samples + 1, axis=1)
     error = largest_size(run[DEMAND].values) if run["diverged"] else run_error(run)
-    scales = ProblemScales(np.array([one for _, one in sized(like)]), limits.limit, error)
+    scales = ProblemScales(np.array([one for _, one in state_sizes(like)]), limits.limit, error)
     return scaled_beginning(loop, limits, states, np.zeros(samples), scales)
 
 
@@ -174,7 +175,7 @@ class BestRuns(NamedTuple):
 
 
 def best_commands(
-    loop: Loop, limits: CommandLimits, begin: Beginning, report: Progress, threads: int
+    loop: Loop, limits: CommandLimits, begin: Beginning, report: RunProgress, threads: int
 ) -> BestRuns:
     """The commands with the least squared error, played back."""
     samples = checked_samples(loop)
@@ -264,7 +265,7 @@ def loop_to_limit(loop: Loop) -> Loop:
         problem = "chooses its steps; a limit needs equal ones, such as RK4's"
         raise ParameterError("simulation.integrator", type(integrator).__name__, problem)
     recorded: Loop = replace(loop, {"simulation.record_period": loop.simulation.period})
-    return ready(recorded)
+    return runnable_loop(recorded)
 
 
 def checked_samples(loop: Loop) -> int:

@@ -20,9 +20,9 @@ from hydroservo.linear.margins import (
 from hydroservo.linear.measurement import measured_margins
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import origin_of, origin_of_loop
-from hydroservo.runs.titles import controller_title
+from hydroservo.runs.run_finding import controller_title
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
-from hydroservo.show.finding import logs_of, title_of
+from hydroservo.show.finding import logs_in, title_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,7 +61,7 @@ def bode_finding(data: "xr.Dataset", scenario: str = "", logs: Sequence[Path] = 
         [Picture("bode", BODE_CAPTION, lambda: draw_responses(data))],
         bode_numbers(data, scenario),
         origins=[origin_of(scenario, data.attrs)],
-        logs=logs_of(logs),
+        logs=logs_in(logs),
     )
 
 

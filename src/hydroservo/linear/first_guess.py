@@ -17,7 +17,7 @@ from hydroservo.linear.linearize import linearization_at
 from hydroservo.linear.moving_margins import SHARES, largest_command, without_hysteresis
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
 from hydroservo.linear.slopes import slopes
-from hydroservo.linear.system import System, frequency_response, state_sizes
+from hydroservo.linear.system import System, frequency_response, size_vector
 from hydroservo.runs.arguments import checked_loop
 
 LEAST_PART = 0.1  # of the piston's velocity in a pair of poles that is the axis's
@@ -154,7 +154,7 @@ def sensor_system(point: OperatingPoint) -> System:
         return [*values(after), here.loop.controls.of(y, here.command)]
 
     numbers = np.array([*values(point.digital.sensors), seen.velocity, seen.position])
-    table = slopes(rows, point, numbers, state_sizes(point.digital.sensors, 0.1, 0.1)).mean
+    table = slopes(rows, point, numbers, size_vector(point.digital.sensors, 0.1, 0.1)).mean
     (a, b), (c, d) = ((part[:, :count], part[:, count:]) for part in (table[:count], table[count:]))
     return System(a, b, c, d, period)
 

@@ -32,7 +32,7 @@ from hydroservo.linear.system import (
 )
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import quietly
-from hydroservo.runs.run import ready, simulate
+from hydroservo.runs.run import runnable_loop, simulate
 
 COMMANDED = Quantity("command", "V")
 LOADED = Quantity("load.force", "N")
@@ -253,7 +253,7 @@ def run_point(loop: Loop, time: float) -> OperatingPoint:
     The instant [s] is from the third sample on.
     """
     refuse_fmus(loop, "linearise it")
-    begun = ready(loop)
+    begun = runnable_loop(loop)
     h, duration = begun.simulation.period, begun.simulation.duration
     number(time, "time", Field("s", "", at_least=2.0 * h, at_most=duration), float)
     before = h * (round(time / h + 1e-9) - 1)

@@ -36,7 +36,7 @@ from hydroservo.linear.system import (
     part_slopes,
 )
 from hydroservo.runs.cautions import quietly
-from hydroservo.runs.run import complete, designed_law, simulate
+from hydroservo.runs.run import complete_loop, designed_law, simulate
 
 POINTS = 400  # of a curve, besides those about its resonances
 SHARES = (-0.5, -0.1, 0.1, 0.5)  # of the largest command of a run, under which a machine moves
@@ -96,7 +96,7 @@ def margin_points(loop: Loop) -> list[MarginPoint]:
         judged = margins_at(own)
         points += [(own, judged)] if judged.linear else []
     points += points_in_motion(loop, largest_command(loop))
-    whole, twins = complete(loop), dual_twins()
+    whole, twins = complete_loop(loop), dual_twins()
     return [
         MarginPoint(whole, point, part_slopes(point)[0], judged.margins, twins) for point, judged in points
     ]

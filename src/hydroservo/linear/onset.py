@@ -13,7 +13,7 @@ from hydroservo.core.group import group
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
-from hydroservo.runs.run import Progress
+from hydroservo.runs.run import RunProgress
 
 FREE = 1e6  # [V] a limit that binds no more
 MOST = 20.0  # dB
@@ -23,7 +23,7 @@ FINE, COARSE = 0.25, 0.5  # dB from factor to factor
 MANY = 50_000  # samples of a run from which steps are coarse
 
 
-def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: Progress | None = None) -> float:
+def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: RunProgress | None = None) -> float:
     """The least factor on a loop's gain from which it oscillates for good, on its simulation.
 
     The loop runs as it is, noise, steps, limits and all, under its own demand and load and 5 s longer, once

@@ -17,8 +17,8 @@ from hydroservo.cosimulation import refuse_fmus
 from hydroservo.linear.slopes import Function, central_slopes, difference_slopes, reachable_states
 from hydroservo.machine.loads import Constant
 from hydroservo.machine.starts import Steady
-from hydroservo.runs.run import ready
-from hydroservo.runs.steady import sized
+from hydroservo.runs.run import runnable_loop
+from hydroservo.runs.steady import state_sizes
 
 Vector = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ def machine_point(loop: Loop, command: float | None, force: float | None = None)
     loop = loop if force is None else loop._replace(load=Constant(force))
     start = loop.start if isinstance(loop.start, Steady) else Steady()
     asked: Steady = start if command is None else start._replace(command=command)
-    started = ready(loop._replace(start=asked))
+    started = runnable_loop(loop._replace(start=asked))
     u = float(asked.command)
     started = started._replace(controller=smoothed(started.controller), sensors=smoothed(started.sensors))
     machine = started.machine(started.init())
@@ -118,7 +118,7 @@ def settle_law(point: OperatingPoint) -> OperatingPoint:
 
     *_, begun = run(point.digital, point.demand.value, -SAMPLES, 0)
     start = np.array([*values(begun), point.demand.value])
-    sizes = np.array([*(size for _, size in sized(begun)), max(abs(point.demand.value), 0.1)])
+    sizes = np.array([*(size for _, size in state_sizes(begun)), max(abs(point.demand.value), 0.1)])
     free = np.isfinite(start) & moved_states(point._replace(digital=begun), sizes)
 
     def at(x: Vector) -> tuple[DigitalState, float]:
@@ -179,7 +179,7 @@ def moved_states(point: OperatingPoint, sizes: Vector) -> NDArray[np.bool_]:
         )
 
     start = np.array([*values(point.machine), *values(point.digital), point.demand.value])
-    scale = np.append([size for _, size in sized(point.machine)], np.nan_to_num(sizes, nan=1.0))
+    scale = np.append([size for _, size in state_sizes(point.machine)], np.nan_to_num(sizes, nan=1.0))
     first = np.arange(len(start)) < count
     first[-1] = True
     return reachable_states(difference_slopes(step, start, scale).mean != 0.0, first)[count:]

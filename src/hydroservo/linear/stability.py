@@ -16,7 +16,7 @@ from hydroservo.linear.margins import MARGIN_LABELS, NO_SLOPE_ERRORS, formatted_
 from hydroservo.linear.moving_margins import MarginPoint, Reserve, margin_points
 from hydroservo.linear.onset import LARGE, first_lasting_swing, with_amplified_command, with_longer_run
 from hydroservo.linear.view import known_onset, loop_view
-from hydroservo.runs.batch import simulate_batch, with_steps
+from hydroservo.runs.batch import loop_with_steps, simulate_batch
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.show import Cell, Column, Table
@@ -52,7 +52,8 @@ class LoopGuard:
         self.bounds, self.loops, self.threads = bounds, loops, threads
         self.places = {name: margin_points(loop) for name, loop in loops.items()}
         self.longer = {
-            name: with_steps(with_longer_run(loop), loop, strict=False)[0] for name, loop in loops.items()
+            name: loop_with_steps(with_longer_run(loop), loop, strict=False)[0]
+            for name, loop in loops.items()
         }
         sloped = any(self.places.values())
         self.gains = np.array([1.0, math.sqrt(bounds.gain_margin), bounds.gain_margin] if sloped else [1.0])

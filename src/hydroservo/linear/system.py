@@ -14,7 +14,7 @@ from hydroservo.core.signals import MachineOutputs
 from hydroservo.core.states import filled
 from hydroservo.linear.operating_point import DigitalState, OperatingPoint, digital_sample
 from hydroservo.linear.slopes import Slopes, reachable_states, slopes
-from hydroservo.runs.steady import SIZES, sized
+from hydroservo.runs.steady import SIZES, state_sizes
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
@@ -46,7 +46,7 @@ def part_slopes(point: OperatingPoint) -> tuple[PartSlopes, Slopes, Slopes]:
 def machine_slopes(point: OperatingPoint) -> Slopes:
     """Of the machine's rates, of what is seen of it and of what is controlled, by [x, command, F]."""
     numbers = np.array([*values(point.machine), point.command, point.force])
-    found = slopes(machine_rows, point, numbers, state_sizes(point.machine, 1.0, FORCE_SIZE))
+    found = slopes(machine_rows, point, numbers, size_vector(point.machine, 1.0, FORCE_SIZE))
     steepest = np.abs(found.mean).max(initial=0.0)
     if not steepest < STEEPEST:
         problem = f"has slopes up to {steepest:.3g} in SI units, too steep for a linear model"
@@ -66,8 +66,8 @@ def machine_rows(point: OperatingPoint, numbers: Sequence[Any]) -> list[Any]:
 def digital_slopes(point: OperatingPoint) -> Slopes:
     numbers = [*values(point.machine), *values(point.digital), *values(point.demand), point.force]
     scale = [
-        state_sizes(point.machine),
-        state_sizes(point.digital),
+        size_vector(point.machine),
+        size_vector(point.digital),
         demand_sizes(point),
         np.array([FORCE_SIZE]),
     ]
@@ -89,7 +89,7 @@ def law_slopes(point: OperatingPoint) -> Slopes:
     y = loop.sensors.measure(point.digital.sensors, seen, point.command)
     law = point.digital.controller
     numbers = np.array([*values(law), *values(y), *values(point.demand)])
-    scale = np.concatenate([state_sizes(law), state_sizes(y), demand_sizes(point)])
+    scale = np.concatenate([size_vector(law), size_vector(y), demand_sizes(point)])
 
     def rows(controller: Block, numbers: Sequence[Any]) -> list[Any]:
         left = iter(numbers)
@@ -106,12 +106,12 @@ def held_slopes(point: OperatingPoint) -> Slopes:
         return [*values(after), *(hold.at(held, t) for t in command_jumps(point)[:-1])]
 
     numbers = np.array([*values(point.digital.hold), point.command, point.command])
-    return slopes(rows, point.loop.hold, numbers, state_sizes(point.digital.hold, 1.0, 1.0))
+    return slopes(rows, point.loop.hold, numbers, size_vector(point.digital.hold, 1.0, 1.0))
 
 
-def state_sizes(state: Block, *others: float) -> Vector:
+def size_vector(state: Block, *others: float) -> Vector:
     """Of each number of a state, and of others; 1 for what is not measured."""
-    found: Vector = np.nan_to_num(np.array([*(size for _, size in sized(state)), *others]), nan=1.0)
+    found: Vector = np.nan_to_num(np.array([*(size for _, size in state_sizes(state)), *others]), nan=1.0)
     return found
 
 
@@ -184,7 +184,7 @@ def force_effect(point: OperatingPoint, parts: PartSlopes, frequencies: NDArray[
     from scipy.linalg import expm
 
     n, h = len(values(point.machine)), point.loop.simulation.period
-    scale = state_sizes(point.machine)
+    scale = size_vector(point.machine)
     a, b = parts.machine[:n, :n] * scale / scale[:, np.newaxis], parts.machine[:n, n + 1] / scale
     s = 1j * np.asarray(frequencies, dtype=np.float64)[:, np.newaxis, np.newaxis]
     moved = (np.exp(s * h) * np.eye(n) - expm(h * a)) @ b[:, np.newaxis]
@@ -202,7 +202,7 @@ def opened_system(point: OperatingPoint, parts: PartSlopes) -> System:
     n, m, k = (len(values(one)) for one in (point.machine, point.digital, point.digital.hold))
     x, w, h, last = slice(0, n), slice(n, n + m), slice(n + m, n + m + k), n + m + k
     a, b = np.zeros((last + 1, last + 1)), np.zeros((last + 1, 5))
-    scale = state_sizes(point.machine, 1.0, 1.0)
+    scale = size_vector(point.machine, 1.0, 1.0)
     moved, driven = motion_between(parts.machine[:n] * scale / scale[:n, np.newaxis], command_jumps(point))
     own = scale[:n, np.newaxis]
     a[x, x] = moved * own / scale[:n]
@@ -316,7 +316,7 @@ def assemble_loop(point: OperatingPoint, parts: PartSlopes) -> OpenedLoop:
     """The loop of its parts, its states by their sizes, and without those in which it is not closed."""
     whole = opened_system(point, parts).part([COMMAND], [ASKED])
     order = np.concatenate(
-        [state_sizes(one) for one in (point.machine, point.digital, point.digital.hold)] + [[1.0]]
+        [size_vector(one) for one in (point.machine, point.digital, point.digital.hold)] + [[1.0]]
     )
     a, b, c = whole.a * order / order[:, np.newaxis], whole.b / order[:, np.newaxis], whole.c * order
     system, _ = reduced_system(whole._replace(a=a, b=b, c=c))

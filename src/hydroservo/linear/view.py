@@ -31,7 +31,7 @@ from hydroservo.linear.system import (
     opened_system,
     part_slopes,
 )
-from hydroservo.runs.run import complete
+from hydroservo.runs.run import complete_loop
 
 Vector = NDArray[np.float64]
 Response = NDArray[np.complex128]
@@ -150,7 +150,7 @@ def loop_view(
     limits = checked_band(band, judged.margins, point)
     onset = known_onset(loop, progress)
     trusted = trusted_margins(point, judged, loop, onset)
-    return LoopView(complete(loop), point, slid, parts, judged, trusted, onset, *limits)
+    return LoopView(complete_loop(loop), point, slid, parts, judged, trusted, onset, *limits)
 
 
 def smoothest_point(

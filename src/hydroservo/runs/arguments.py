@@ -39,26 +39,14 @@ def checked_loops(value: object, name: str = "loops") -> list[Loop]:
 
 
 def checked_mapping(name: str, value: object, wanted: str) -> Mapping[Any, Any]:
-    """A mapping.
-
-    Args:
-        name: of the argument.
-        value: what is given.
-        wanted: what it must map, such as "paths to values".
-    """
+    """A mapping."""
     if not isinstance(value, Mapping):
         raise ParameterError(name, value, f"must map {wanted}")
     return value
 
 
 def as_list(name: str, value: object, wanted: str) -> list[Any]:
-    """What a list or another iterable holds that is no text, no mapping and no block.
-
-    Args:
-        name: of the argument.
-        value: what is given.
-        wanted: what it must be a list of.
-    """
+    """What a list or another iterable holds that is no text, no mapping and no block."""
     if not isinstance(value, Iterable) or isinstance(value, str | Path | Mapping | type) or is_block(value):
         raise ParameterError(name, value, f"must be a list of {wanted}")
     return list(value)
@@ -87,12 +75,7 @@ def checked_run(value: object, name: str = "run") -> "xr.Dataset":
 
 
 def check_one_signal(name: str, signals: Sequence[str]) -> None:
-    """Refuse runs or loops side by side whose errors are of different signals.
-
-    Args:
-        name: of the argument that holds them.
-        signals: what each of them controls, such as "velocity".
-    """
+    """Refuse runs or loops side by side whose errors are of different signals."""
     if len(set(signals)) > 1:
         every = ", ".join(dict.fromkeys(signals))
         raise ParameterError(name, every, "must all be of one controlled signal")

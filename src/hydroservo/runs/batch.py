@@ -12,22 +12,37 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.control.loop import AUTO, Loop
 from hydroservo.control.metrics import declared_metrics, flags_of, monitors_of
-from hydroservo.core.block import Block, field_at, replace
+from hydroservo.core.block import Block, field_at, replace, value_at
+from hydroservo.core.errors import LoopError
 from hydroservo.cosimulation import has_fmu
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import quietly, warns, with_warning
-from hydroservo.runs.cautions.every import loop_cautions
-from hydroservo.runs.cautions.pressures import pressure_caution
+from hydroservo.runs.cautions.loop import loop_cautions
 from hydroservo.runs.cautions.records import check_records
-from hydroservo.runs.columns import SEED, Columns, checked_columns, designs, starts
-from hydroservo.runs.divergence import NOTHING, Loss, first_loss, watched_paths
-from hydroservo.runs.finishing import Finish, finisher
+from hydroservo.runs.cautions.run import pressure_caution
+from hydroservo.runs.columns import (
+    SEED,
+    Columns,
+    checked_columns,
+    designed_columns,
+    hardest_loop,
+    start_columns,
+)
+from hydroservo.runs.evaluation import Finish, finisher
 from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.foreign_batch import foreign_batch
+from hydroservo.runs.kernels import (
+    NOTHING,
+    Loss,
+    divergence_of,
+    first_loss,
+    recording_of,
+    run_spec,
+    watched_paths,
+)
 from hydroservo.runs.provenance import provenance
-from hydroservo.runs.run import Progress, lost, plan_of, prepare, simulate, studied, wanted_of, with_metrics
-from hydroservo.runs.step_sizes import hardest, judged_by_rate, warning
-from hydroservo.runs.trace import described, judged
+from hydroservo.runs.run import RunProgress, prepare_loop, simulate, with_metrics
+from hydroservo.runs.step_sizes import coarseness, judged_by_rate
+from hydroservo.runs.trace import metric_attributes, plan_of, signal_attributes
 from hydroservo.work.cores import checked_count
 from hydroservo.work.notebook_bar import shows_progress
 
@@ -37,20 +52,48 @@ if TYPE_CHECKING:
     from hydroservo.engine.cuda import CudaGroup
     from hydroservo.engine.lanes import LaneGroup
 
+
+def foreign_batch(
+    loop: Loop,
+    columns: Mapping[str, NDArray[np.float64]],
+    run: "Callable[[Loop], xr.Dataset]",
+    cuda: bool,
+    progress: Callable[[float], None],
+) -> tuple[NDArray[np.float64], list[Loss]]:
+    """The metrics of each run, shape (metrics, runs), and what each lost."""
+    if cuda:
+        raise LoopError("a CUDA device cannot run an FMU; leave cuda out")
+    names = list(declared_metrics(monitors_of(loop)))
+    runs = next(iter(columns.values())).size
+    table, losses = np.empty((len(names), runs)), [NOTHING] * runs
+    for i in range(runs):
+        data = run(replace(loop, foreign_row(loop, columns, i)))
+        table[:, i] = [float(data[name]) for name in names]
+        if data["diverged"]:
+            losses[i] = Loss(data.attrs["diverged_by"], float(data["diverged_at"]))
+        progress((i + 1) / runs)
+    return table, losses
+
+
+def foreign_row(loop: Block, columns: Mapping[str, NDArray[np.float64]], i: int) -> dict[str, float | int]:
+    """What one run has of its own, each number of the type that it has in the loop."""
+    return {path: type(value_at(loop, path))(values[i]) for path, values in columns.items()}
+
+
 CHUNK = 20_000  # integration steps of a group of lanes between two looks at whether to stop
 CUDA_CHUNK = 2_000  # of a group of threads: a second on a device that is slow with doubles
 
 
-class How(NamedTuple):
+class BatchOptions(NamedTuple):
     """How runs are computed, as :func:`simulate_batch` takes it."""
 
     strict: bool
     threads: int
     cuda: bool
-    progress: Progress = lambda _: None
+    progress: RunProgress = lambda _: None
 
 
-class Job(NamedTuple):
+class BatchJob(NamedTuple):
     """What all groups of runs share."""
 
     loop: Loop
@@ -73,7 +116,7 @@ def simulate_batch(
     strict: bool = False,
     threads: int | None = None,
     cuda: bool = False,
-    progress: Progress | None = None,
+    progress: RunProgress | None = None,
 ) -> "xr.Dataset":
     """Simulate a loop once for each set of parameters, and return the metrics of each run.
 
@@ -110,89 +153,86 @@ def simulate_batch(
             signal of which the runs see nothing, or no device.
         LoopError: a block that does not fit the loop.
     """
-    given, loop = prepare(with_metrics(checked_loop(loop), metrics))
+    given, loop = prepare_loop(with_metrics(checked_loop(loop), metrics))
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
-    how = How(strict, checked_count(threads, "threads"), cuda, progress or (lambda _: None))
+    how = BatchOptions(strict, checked_count(threads, "threads"), cuda, progress or (lambda _: None))
     if has_fmu(loop):
-        return with_warning(alone(given, loop, columns, how), [*recorded, *loop_cautions(loop)])
-    started = columns | starts(given, columns)
+        return with_warning(
+            batch_of_single_runs(given, loop, columns, how), [*recorded, *loop_cautions(loop)]
+        )
+    started = columns | start_columns(given, columns)
     state = first_state(loop)
-    loop, said = with_steps(loop, hardest(loop, [started]), strict)
-    data = computed(loop, state, columns, started, how).assign_attrs(provenance(loop, given) | said)
+    loop, said = loop_with_steps(loop, hardest_loop(loop, [started]), strict)
+    data = compute_batch(loop, state, columns, started, how).assign_attrs(provenance(loop, given) | said)
     return with_warning(data, [*recorded, *loop_cautions(loop), pressure_caution(data)])
 
 
-def simulate_part(loop: Loop, parameters: Mapping[str, ArrayLike], first: int, how: How) -> "xr.Dataset":
-    """Some runs of a batch, bit for bit, whatever the others are; nothing is judged that depends on those.
-
-    Args:
-        loop: the loop with the number of substeps that all runs of the batch take.
-        parameters: arrays of shape (runs,) in SI units by path, of these runs.
-        first: the number of the first of them.
-        how: they are computed.
-    """
-    given, loop = prepare(loop)
+def simulate_part(
+    loop: Loop, parameters: Mapping[str, ArrayLike], first: int, how: BatchOptions
+) -> "xr.Dataset":
+    """Some runs of a batch, bit for bit, whatever the others are; nothing is judged that depends on those."""
+    given, loop = prepare_loop(loop)
     columns = checked_columns(loop, parameters, first)
     if has_fmu(loop):
-        data = alone(given, loop, columns, how)
+        data = batch_of_single_runs(given, loop, columns, how)
     else:
-        started = columns | starts(given, columns, first)
-        data = computed(loop, first_state(loop), columns, started, how)
+        started = columns | start_columns(given, columns, first)
+        data = compute_batch(loop, first_state(loop), columns, started, how)
         data = data.assign_attrs(provenance(loop, given))
     return data.assign_coords(run=np.arange(first, first + data.sizes["run"]))
 
 
-def alone(given: Loop, loop: Loop, columns: Columns, how: How) -> "xr.Dataset":
+def batch_of_single_runs(given: Loop, loop: Loop, columns: Columns, how: BatchOptions) -> "xr.Dataset":
     """The table of runs with an FMU, each as :func:`~hydroservo.simulate` has it."""
     one = partial(quietly(simulate), record=())
     found = foreign_batch(given, columns, one, how.cuda, how.progress)
-    return dataset(loop, columns, *found).assign_attrs(provenance(loop, given))
+    return batch_dataset(loop, columns, *found).assign_attrs(provenance(loop, given))
 
 
-def computed(loop: Loop, state: Block, columns: Columns, started: Columns, how: How) -> "xr.Dataset":
-    """The table of runs whose steps are chosen.
-
-    Args:
-        loop: that they start from, ready.
-        state: its first.
-        columns: what was given for each run.
-        started: that, and where they start.
-        how: they are computed.
-    """
+def compute_batch(
+    loop: Loop, state: Block, columns: Columns, started: Columns, how: BatchOptions
+) -> "xr.Dataset":
+    """The table of runs whose steps are chosen."""
     runs = next(iter(columns.values())).size
     samples = plan_of(loop, state, ()).samples
     table, losses = np.empty((len(declared_metrics(monitors_of(loop))), runs)), [NOTHING] * runs
     with compilation(loop):
-        varied = started | designs(loop, columns)
-        begin, size = kernel(loop, state, samples, tuple(varied), how.strict, how.cuda)
+        varied = started | designed_columns(loop, columns)
+        begin, size = group_kernel(loop, state, samples, tuple(varied), how.strict, how.cuda)
         chunk, finish = CUDA_CHUNK if how.cuda else CHUNK, finisher(monitors_of(loop), runs)
-        job = Job(loop, begin, size, chunk, samples, varied, finish, Event())
-        groups = in_turn(job, runs, how.progress) if how.cuda else side_by_side(job, runs, how.threads)
+        job = BatchJob(loop, begin, size, chunk, samples, varied, finish, Event())
+        groups = (
+            groups_one_by_one(job, runs, how.progress)
+            if how.cuda
+            else groups_side_by_side(job, runs, how.threads)
+        )
         with closing(groups) as found:
             for done, (start, numbers, lost) in enumerate(found, 1):
                 table[:, start : start + len(lost)] = numbers
                 losses[start : start + len(lost)] = lost
                 how.progress(min(1.0, done * size / runs))
-    return dataset(loop, columns, table, losses)
+    return batch_dataset(loop, columns, table, losses)
 
 
-def with_steps(loop: Loop, worst: Loop, strict: bool) -> tuple[Loop, dict[str, float | str]]:
+def loop_with_steps(loop: Loop, worst: Loop, strict: bool) -> tuple[Loop, dict[str, float | str]]:
     """The loop with a number of substeps, and what is to be said of it: as the hardest of the runs has it."""
     alone = quietly(simulate)
     if loop.simulation.substeps != AUTO:
-        said = warning(worst) if judged_by_rate(worst) else alone(worst, record=()).attrs.get("warning", "")
+        said = (
+            coarseness(worst) if judged_by_rate(worst) else alone(worst, record=()).attrs.get("warning", "")
+        )
         return loop, {"warning": said} if said else {}
     found = alone(worst, record=(), strict=strict).attrs
     chosen: Loop = replace(loop, {"simulation.substeps": found["substeps"]})
     return chosen, {name: found[name] for name in ("substeps", "step_error", "warning") if name in found}
 
 
-def kernel(
+def group_kernel(
     loop: Loop, state: Block, samples: int, varied: tuple[str, ...], strict: bool, cuda: bool
 ) -> tuple["Callable[[Columns], LaneGroup | CudaGroup]", int]:
     """What begins a group of runs with these parameters, and how many runs it takes."""
-    study, wanted = studied(loop, samples), wanted_of(loop, state, ())
+    study, wanted = run_spec(loop, samples), recording_of(loop, state, ())
     if cuda:
         from hydroservo.engine.cuda import CudaGroup, CudaThreads
 
@@ -203,12 +243,14 @@ def kernel(
     return partial(LaneGroup, CompiledLanes(study, wanted, state, varied, strict=strict)), LANES
 
 
-def side_by_side(job: Job, runs: int, threads: int) -> Generator[tuple[int, NDArray[np.float64], list[Loss]]]:
+def groups_side_by_side(
+    job: BatchJob, runs: int, threads: int
+) -> Generator[tuple[int, NDArray[np.float64], list[Loss]]]:
     """The metrics of each group of runs, with the number of its first run, as they are done."""
     pool = ThreadPoolExecutor(threads)
     starts = range(0, runs, job.size)
     try:
-        waiting = {pool.submit(group, job, start): start for start in starts}
+        waiting = {pool.submit(run_group, job, start): start for start in starts}
         for future in as_completed(waiting):
             yield waiting.pop(future), *future.result()
             del future
@@ -217,8 +259,8 @@ def side_by_side(job: Job, runs: int, threads: int) -> Generator[tuple[int, NDAr
         pool.shutdown(cancel_futures=True)
 
 
-def in_turn(
-    job: Job, runs: int, progress: Progress
+def groups_one_by_one(
+    job: BatchJob, runs: int, progress: RunProgress
 ) -> Generator[tuple[int, NDArray[np.float64], list[Loss]]]:
     """The same, one group after the other, with progress inside each."""
     for start in range(0, runs, job.size):
@@ -226,10 +268,12 @@ def in_turn(
         def told(part: float, start: int = start) -> None:
             progress((start + part * min(job.size, runs - start)) / runs)
 
-        yield start, *group(job, start, told)
+        yield start, *run_group(job, start, told)
 
 
-def group(job: Job, start: int, progress: Progress | None = None) -> tuple[NDArray[np.float64], list[Loss]]:
+def run_group(
+    job: BatchJob, start: int, progress: RunProgress | None = None
+) -> tuple[NDArray[np.float64], list[Loss]]:
     """The metrics of the runs from ``start`` on, one group, shape (metrics, runs), and what they lost."""
     simulation = job.loop.simulation
     parts = {path: values[start : start + job.size] for path, values in job.columns.items()}
@@ -244,22 +288,22 @@ def group(job: Job, start: int, progress: Progress | None = None) -> tuple[NDArr
             progress(last / job.samples)
     used = next(iter(parts.values())).size
     losses = losses_of(job, runs, used)
-    return np.concatenate([job.finish(runs.sums[:, :used]), divergences(losses)]), losses
+    return np.concatenate([job.finish(runs.sums[:, :used]), divergence_metrics(losses)]), losses
 
 
-def divergences(losses: Sequence[Loss]) -> NDArray[np.float64]:
+def divergence_metrics(losses: Sequence[Loss]) -> NDArray[np.float64]:
     """What the metrics say of losses, shape (metrics, runs).
 
     Most runs lose nothing: of 270,000 runs that is said 24 times faster than of one after another.
     """
-    rows = np.tile(lost(NOTHING), (len(losses), 1)).astype(np.float64)
+    rows = np.tile(divergence_of(NOTHING), (len(losses), 1)).astype(np.float64)
     for row, loss in zip(rows, losses, strict=True):
         if loss is not NOTHING:
-            row[:] = lost(loss)
+            row[:] = divergence_of(loss)
     return rows.T
 
 
-def losses_of(job: Job, runs: "LaneGroup | CudaGroup", used: int) -> list[Loss]:
+def losses_of(job: BatchJob, runs: "LaneGroup | CudaGroup", used: int) -> list[Loss]:
     """What each run of a group lost, and when."""
     lost = runs.lost[:used]
     if not lost.any():
@@ -272,22 +316,20 @@ def losses_of(job: Job, runs: "LaneGroup | CudaGroup", used: int) -> list[Loss]:
     ]
 
 
-def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64], losses: Sequence[Loss]) -> "xr.Dataset":
+def batch_dataset(
+    loop: Loop, columns: Columns, table: NDArray[np.float64], losses: Sequence[Loss]
+) -> "xr.Dataset":
     import xarray as xr
 
     given = {
-        path: (
-            "run",
-            values.astype(np.int64) if path == SEED else values,
-            described(field),
-        )
+        path: ("run", values.astype(np.int64) if path == SEED else values, signal_attributes(field))
         for path, values in columns.items()
         if (field := field_at(loop, path))
     }
     watching = monitors_of(loop)
     fields, flags = declared_metrics(watching, loop.controls), flags_of(watching)
     found = {
-        name: ("run", row.astype(bool) if name in flags else row, judged(field))
+        name: ("run", row.astype(bool) if name in flags else row, metric_attributes(field))
         for row, (name, field) in zip(table, fields.items(), strict=True)
     }
     about = {"long_name": "path of the number that was lost"}

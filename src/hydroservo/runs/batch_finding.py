@@ -12,9 +12,8 @@ from hydroservo.core.field import Field
 from hydroservo.core.formatting import Scale, counted, number
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import origin_of
-from hydroservo.runs.results import metric_fields, scenario_of
-from hydroservo.runs.run_finding import OF_JUMPS, conditions_line
-from hydroservo.runs.titles import law_title
+from hydroservo.runs.results import metric_fields, scenario_tables
+from hydroservo.runs.run_finding import OF_JUMPS, conditions_line, law_title
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
 
 if TYPE_CHECKING:
@@ -35,25 +34,17 @@ def batch_finding(
     typed: Mapping[str, Scale] = MappingProxyType({}),
     alone: str = "",
 ) -> Finding:
-    """What many runs say.
-
-    Args:
-        table: what ``simulate_batch`` returned.
-        scenario: its name, if it has one.
-        metric: of the picture; the steady error if empty, or what a loop without one has.
-        typed: units in which ranges were typed, by SI unit.
-        alone: the command that runs the most remarkable run alone.
-    """
+    """What many runs say."""
     fields = metric_fields(table)
-    varied = varied_in(table)
+    varied = varied_ranges(table)
     seed = int(table.attrs.get("drawn_with_seed", table.attrs["seed"]))
     metric = metric or default_metric(fields, USUAL_METRIC)
     runs = table.sizes["run"]
-    tables = scenario_of(table)
+    tables = scenario_tables(table)
     caption = f"The metric {metric} of each run against each number that varied, and how it is spread."
     return Finding(
         f"{counted(runs, 'run')} of {scenario or law_title(tables)}",
-        [*verdicts(table), *remark(table, metric, alone), conditions_line(tables)],
+        [*batch_verdicts(table), *remarkable_line(table, metric, alone), conditions_line(tables)],
         warnings_of(table),
         [
             Table(
@@ -65,19 +56,19 @@ def batch_finding(
             ),
             spread_table(table, fields),
         ],
-        [Picture("spread", caption, lambda: draw(table, metric))],
-        summary(table, scenario, seed, varied),
+        [Picture("spread", caption, lambda: draw_spread(table, metric))],
+        batch_numbers(table, scenario, seed, varied),
         origins=[origin_of(scenario, table.attrs)],
     )
 
 
-def draw(table: "xr.Dataset", metric: str) -> "Plot":
+def draw_spread(table: "xr.Dataset", metric: str) -> "Plot":
     from hydroservo.figures.batch import plot_batch
 
-    return plot_batch(table, [path for path in varied_in(table) if path != "simulation.seed"], metric)
+    return plot_batch(table, [path for path in varied_ranges(table) if path != "simulation.seed"], metric)
 
 
-def varied_in(table: "xr.Dataset") -> dict[str, tuple[float, float]]:
+def varied_ranges(table: "xr.Dataset") -> dict[str, tuple[float, float]]:
     """Between which ends each number was drawn, by its path; between which it lies where it was not."""
     if "varied" in table.attrs:
         return {path: (low, high) for path, (low, high) in json.loads(table.attrs["varied"]).items()}
@@ -110,7 +101,7 @@ def spread_table(table: "xr.Dataset", fields: Mapping[str, Field]) -> Table:
     return Table("metrics", (Column("metric"), *SPREAD), rows, title, note)
 
 
-def remark(table: "xr.Dataset", metric: str, alone: str) -> list[Line]:
+def remarkable_line(table: "xr.Dataset", metric: str, alone: str) -> list[Line]:
     """The run that one would look at first, and the command that runs it alone."""
     if not table.sizes["run"]:
         return []
@@ -131,7 +122,7 @@ def remarkable_run(table: "xr.Dataset", metric: str) -> tuple[int, str]:
     return int(worst), f"has the worst {metric}"
 
 
-def verdicts(table: "xr.Dataset") -> list[Line]:
+def batch_verdicts(table: "xr.Dataset") -> list[Line]:
     """How many runs diverged, left the stroke, and oscillate to the end."""
     counts = counts_in(table)
     lines = [
@@ -162,7 +153,7 @@ def counts_in(table: "xr.Dataset") -> dict[str, int]:
     }
 
 
-def summary(
+def batch_numbers(
     table: "xr.Dataset", scenario: str, seed: int, varied: Mapping[str, tuple[float, float]]
 ) -> dict[str, Any]:
     """What identifies a batch, what varied, and how its metrics are spread, in SI units."""

@@ -17,7 +17,7 @@ from hydroservo.core.group import group_class
 from hydroservo.show import Origin
 
 
-def describe(block: Block) -> dict[str, Any]:
+def block_tables(block: Block) -> dict[str, Any]:
     """A block as nested tables: the type's name and every value in SI units.
 
     Arrays (recorded signals) are named by their length and SHA-256, not written out. In what a person reads
@@ -32,7 +32,7 @@ def describe(block: Block) -> dict[str, Any]:
         if name == "controls" or isinstance(value, ThisSignal | CommandScale):  # which a loop says once
             continue
         if is_block(value):
-            table[name] = describe(value)
+            table[name] = block_tables(value)
         elif isinstance(value, np.ndarray):
             digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
             table[name] = f"{value.size} numbers, sha256 {digest}"
@@ -41,16 +41,16 @@ def describe(block: Block) -> dict[str, Any]:
     return table
 
 
-def scenario_text(loop: Block) -> str:
+def canonical_toml(loop: Block) -> str:
     """A loop as canonical TOML in SI units, without what it is judged by, which changes nothing in a run."""
-    tables = describe(loop)
+    tables = block_tables(loop)
     del tables["metrics"]
-    tables["controls"] = describe(loop.controls)
-    return toml(json.dumps(tables))
+    tables["controls"] = block_tables(loop.controls)
+    return toml_of_json(json.dumps(tables))
 
 
 @lru_cache(maxsize=64)
-def toml(tables: str) -> str:
+def toml_of_json(tables: str) -> str:
     """Tables in JSON as TOML, which takes ten times as long to write: one loop is often run again.
 
     JSON tells 1 from 1.0 and 0.0 from -0.0, as equality does not.
@@ -60,18 +60,13 @@ def toml(tables: str) -> str:
 
 def scenario_hash(loop: Block) -> str:
     """Twelve hexadecimal digits that name what is asked for, whatever its file looked like."""
-    return hashlib.sha256(scenario_text(loop).encode()).hexdigest()[:12]
+    return hashlib.sha256(canonical_toml(loop).encode()).hexdigest()[:12]
 
 
 def provenance(loop: Block, asked: Block) -> dict[str, Any]:
-    """The attributes that every result carries.
-
-    Args:
-        loop: what was simulated, with all that was found for it: its start, the gains of a design, its steps.
-        asked: what was asked for, by which all results of a scenario have one hash.
-    """
+    """The attributes that every result carries."""
     return {
-        "scenario": scenario_text(loop),
+        "scenario": canonical_toml(loop),
         "hash": scenario_hash(asked),
         "version": __version__,
         "seed": loop.simulation.seed,
@@ -79,12 +74,7 @@ def provenance(loop: Block, asked: Block) -> dict[str, Any]:
 
 
 def origin_of(name: str, attributes: Mapping[Any, Any]) -> Origin:
-    """The origin of a result.
-
-    Args:
-        name: of its scenario, as it was asked for.
-        attributes: those that every result carries.
-    """
+    """The origin of a result."""
     return Origin(name, str(attributes["hash"]), int(attributes["seed"]), str(attributes["scenario"]))
 
 

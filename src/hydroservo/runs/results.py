@@ -14,7 +14,7 @@ from hydroservo.core.errors import HydroservoError, ParameterError, require
 from hydroservo.core.field import Field
 from hydroservo.core.outputs import atomic_path
 from hydroservo.runs.arguments import checked_path, checked_run, is_result
-from hydroservo.show.numbers import plain
+from hydroservo.show.files import json_value
 
 if TYPE_CHECKING:
     import numpy as np
@@ -81,7 +81,7 @@ def trajectory_of(dataset: "xr.Dataset") -> dict[str, Any]:
     return {index: dataset[index].values, **signals}
 
 
-def scenario_of(dataset: "xr.Dataset") -> dict[str, Any]:
+def scenario_tables(dataset: "xr.Dataset") -> dict[str, Any]:
     """The scenario of a run as nested tables, every value in SI units."""
     return tomllib.loads(dataset.attrs["scenario"])
 
@@ -126,7 +126,7 @@ def metrics_csv(runs: "pd.DataFrame", fields: Mapping[str, Field]) -> str:
     return str(table.to_csv(index=False, na_rep="nan", lineterminator="\n"))
 
 
-def unit_of(dataset: "xr.Dataset", name: str) -> str:
+def variable_unit(dataset: "xr.Dataset", name: str) -> str:
     return str(dataset[name].attrs.get("units", ""))
 
 
@@ -135,7 +135,7 @@ def save_csv(dataset: "xr.Dataset", path: Path) -> None:
 
     columns = {}
     for name, values in trajectory_of(dataset).items():
-        unit, factor = in_command_unit(unit_of(dataset, name))
+        unit, factor = in_command_unit(variable_unit(dataset, name))
         scaled = values * 1 if values.dtype == bool else values if factor == 1.0 else values * factor
         columns[f"{name} [{unit}]" if unit else name] = scaled
     pd.DataFrame(columns, copy=False).to_csv(path, index=False, na_rep="nan", lineterminator="\n")
@@ -154,11 +154,11 @@ def arrow_table(dataset: "xr.Dataset") -> "pa.Table":
 
     columns = trajectory_of(dataset)
     fields = [
-        pa.field(name, arrow_type(values.dtype), metadata=texts(dataset[name].attrs))
+        pa.field(name, arrow_type(values.dtype), metadata=text_attributes(dataset[name].attrs))
         for name, values in columns.items()
     ]
     metrics = scalars_of(dataset)
-    about = texts(dataset.attrs) | ({"metrics": json.dumps(plain(metrics))} if metrics else {})
+    about = text_attributes(dataset.attrs) | ({"metrics": json.dumps(json_value(metrics))} if metrics else {})
     return pa.table(columns, schema=pa.schema(fields, metadata=about))
 
 
@@ -177,7 +177,7 @@ def save_netcdf(dataset: "xr.Dataset", path: Path) -> None:
         for name, variable in dataset.data_vars.items()
         if str(variable.dtype) in known
     }
-    dataset.assign(other).assign_attrs(texts(dataset.attrs)).to_netcdf(path, engine="scipy")
+    dataset.assign(other).assign_attrs(text_attributes(dataset.attrs)).to_netcdf(path, engine="scipy")
 
 
 def save_mat(dataset: "xr.Dataset", path: Path) -> None:
@@ -187,7 +187,7 @@ def save_mat(dataset: "xr.Dataset", path: Path) -> None:
     names = matlab_names(columns)
     metrics = scalars_of(dataset)
     groups = {
-        "units": {names.get(name, name): unit_of(dataset, name) for name in [*columns, *metrics]},
+        "units": {names.get(name, name): variable_unit(dataset, name) for name in [*columns, *metrics]},
         "attributes": {str(name): value for name, value in dataset.attrs.items()},
     } | ({"metrics": metrics} if metrics else {})
     signals = {names[name]: values for name, values in columns.items()}
@@ -208,11 +208,11 @@ def matlab_names(paths: Iterable[str]) -> dict[str, str]:
     return names
 
 
-def texts(attributes: Mapping[Any, Any]) -> dict[str, str]:
+def text_attributes(attributes: Mapping[Any, Any]) -> dict[str, str]:
     return {str(name): str(value) for name, value in attributes.items()}
 
 
-class Format(StrEnum):
+class ResultFormat(StrEnum):
     """The formats of a trajectory or a table, by the name that ``--format`` gives them.
 
     Attributes:
@@ -223,7 +223,7 @@ class Format(StrEnum):
     ending: str
     write: Callable[["xr.Dataset", Path], None]
 
-    def __new__(cls, name: str, ending: str, write: Callable[["xr.Dataset", Path], None]) -> "Format":
+    def __new__(cls, name: str, ending: str, write: Callable[["xr.Dataset", Path], None]) -> "ResultFormat":
         form = str.__new__(cls, name)
         form._value_, form.ending, form.write = name, ending, write
         return form
@@ -234,5 +234,5 @@ class Format(StrEnum):
     MAT = "mat", ".mat", save_mat
 
 
-FORMATS: Mapping[str, Format] = {form.ending: form for form in Format}
+FORMATS: Mapping[str, ResultFormat] = {form.ending: form for form in ResultFormat}
 """The formats by the file's ending."""

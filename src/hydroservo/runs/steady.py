@@ -1,6 +1,8 @@
-"""The steady states of machines, from which runs may start."""
+"""The steady states of machines, from which runs may start, by least squares."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import reduce
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,20 +14,102 @@ from hydroservo.core.errors import ParameterError
 from hydroservo.core.group import nested
 from hydroservo.core.states import filled
 from hydroservo.machine.starts import AsBuilt
-from hydroservo.runs.least_squares import Which, least_squares
-from hydroservo.runs.rows import machine_rates
+from hydroservo.runs.evaluation import machine_rates
+
+Numbers = NDArray[np.float64]
+Which = NDArray[np.intp]
+ResidualFunction = Callable[[Numbers, Which], Numbers]
+
+NUDGE = 2.0**-30  # of a number, or of 1: short enough for orifices that bend near a vanishing drop
+FIRST_DAMPING, LEAST_DAMPING = 1e-2, 1e-14  # relative to the slopes
+WORSE = 16.0  # how much more after a step that is of no use
+IDLE = 1e-8  # change of the cost by a step, relative: a search ends that does not get on
+ROUNDS = 300
+
+
+class Iterate(NamedTuple):
+    """Where problems stand; all arrays have them along their last axis.
+
+    Attributes:
+        x: numbers that are sought.
+        residuals: there.
+        slopes: of each residual, by each number.
+        cost: sum of the squares of the residuals.
+    """
+
+    x: Numbers
+    residuals: Numbers
+    slopes: Numbers
+    cost: Numbers
+
+
+@np.errstate(all="ignore")  # a step that is not finite is of no use
+def least_squares(residuals: ResidualFunction, count: int, problems: int, settled: float) -> Iterate:
+    """Points near x = 0 at which the sums of the squares of residuals are least.
+
+    By Levenberg and Marquardt: (J'J + d diag(J'J)) step = -J'r. The damping d falls after a step that keeps
+    what it promised, and rises after others. A number with no slopes stays 0.
+
+    Source: Marquardt, An algorithm for least-squares estimation of nonlinear parameters, J. SIAM 11, 1963.
+    """
+    going, damping = np.arange(problems), np.full(problems, FIRST_DAMPING)
+    at = iterate_at(residuals, np.zeros((count, problems)), going)
+    for _ in range(ROUNDS):
+        here = Iterate(*(part[..., going] for part in at))
+        step, promised = damped_step(here, damping[going])
+        new = iterate_at(residuals, here.x + step, going)
+        gain = (here.cost - new.cost) / promised
+        better = new.cost < here.cost
+        for part, found in zip(at, new, strict=True):
+            part[..., going[better]] = found[..., better]
+        kept = np.where(gain > 0.75, 0.1, np.where(gain > 0.25, 1.0, 4.0))
+        damping[going] = np.maximum(damping[going] * np.where(better, kept, WORSE), LEAST_DAMPING)
+        near = np.abs(at.residuals[:, going]).max(axis=0, initial=0.0) < settled
+        idle = np.abs(new.cost - here.cost) < IDLE * here.cost
+        going = going[~(idle | near & ~better)]
+        if not going.size:
+            break
+    return at
+
+
+def iterate_at(residuals: ResidualFunction, x: Numbers, which: Which) -> Iterate:
+    """The residuals at x and their slopes, from forward differences."""
+    nudges, count = NUDGE * np.maximum(np.abs(x), 1.0), len(x)
+    points = np.repeat(x[:, np.newaxis], count + 1, axis=1)
+    points[range(count), range(1, count + 1)] += nudges
+    found = residuals(points, which)
+    base = found[:, 0]
+    return Iterate(x, base, (found[:, 1:] - found[:, :1]) / nudges, ordered_sum(base * base))
+
+
+def damped_step(at: Iterate, damping: Numbers) -> tuple[Numbers, Numbers]:
+    """A step from a point, and by how much the cost falls with it if the slopes stay.
+
+    The matrix is positive definite, so that elimination needs no pivots.
+    """
+    slopes, n = at.slopes, range(len(at.x))
+    table = np.empty((len(n), len(n) + 1, len(damping)))
+    table[:, :-1] = ordered_sum(slopes[:, :, np.newaxis] * slopes[:, np.newaxis])
+    table[:, -1] = pull = -ordered_sum(slopes * at.residuals[:, np.newaxis])
+    added = damping * np.where(table[n, n] > 0.0, table[n, n], 1.0)
+    table[n, n] += added
+    for k in n:
+        row = table[k] / table[k, k]
+        table -= table[:, k, np.newaxis] * row
+        table[k] = row
+    step = table[:, -1]
+    return step, ordered_sum(step * (added * step + pull))
+
+
+def ordered_sum(terms: Numbers) -> Numbers:
+    """The sum over the first axis, one term after the other."""
+    return reduce(np.add, terms, np.zeros(terms.shape[1:]))
+
 
 POSITION, VELOCITY, FRICTION = "plant.position", "plant.velocity", "plant.friction."
-Numbers = NDArray[np.float64]
-Steady = MachineState | ParameterError  # why there is none
+SteadyResult = MachineState | ParameterError  # why there is none
 SETTLED = 1e-9  # largest rate left, as a share of what a state changed by its size causes
-SIZES = {
-    "m/s": 0.1,
-    "m": 1e-6,
-    "Pa": 1e6,
-    "N": 1e3,
-    "m^3/s": 1e-5,
-}  # of openings and deflections, not of positions
+SIZES = {"m/s": 0.1, "m": 1e-6, "Pa": 1e6, "N": 1e3, "m^3/s": 1e-5}  # openings and deflections, not positions
 OWN = (1.0,)
 SHARES = (0.0, 1e-3, 1e-2, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)  # of a command, by which it is approached
 BEYOND = 1e30  # misfit of a rate that is not finite, and of all where a pressure is below vacuum
@@ -35,12 +119,12 @@ NEARLY = 0.9  # of a vacuum: where a search ends that would go on to less
 TOGETHER = 1000  # machines in one search; more do not stay in cache
 
 
-def started(loop: Loop) -> Loop:
+def with_found_start(loop: Loop) -> Loop:
     """The loop with a start that is yet to be found exchanged for one with the states that this has."""
     check_given(loop)
     if not hasattr(loop.start, "found"):
         return loop
-    begun = loop._replace(start=AsBuilt(sound(starts_found([loop])[0])))
+    begun = loop._replace(start=AsBuilt(require_found(starts_found([loop])[0])))
     check_given(begun)
     return begun
 
@@ -50,19 +134,16 @@ def starts_found(loops: Sequence[Loop]) -> list[Block | ParameterError]:
 
     The steady states under the commands of the starts are found together, one under another command once a
     start asks for it.
-
-    Args:
-        loops: ready to run but for their starts, alike but for their floats.
     """
     commands = [getattr(loop.start, "command", 0.0) for loop in loops]
-    return [*map(start_found, loops, commands, steady_states(loops, commands))]
+    return [*map(found_start, loops, commands, steady_states(loops, commands))]
 
 
-def start_found(loop: Loop, usual: float, settled: Steady) -> Block | ParameterError:
+def found_start(loop: Loop, usual: float, settled: SteadyResult) -> Block | ParameterError:
     """The states in which a start has a loop begin; those that are given stay."""
 
     def steady(command: float) -> MachineState:
-        return sound(settled) if command == usual else steady_state(loop, command)
+        return require_found(settled) if command == usual else steady_state(loop, command)
 
     start: Block = loop.start
     try:
@@ -71,7 +152,7 @@ def start_found(loop: Loop, usual: float, settled: Steady) -> Block | ParameterE
         return error
 
 
-def sound(found: Block | ParameterError) -> Block:
+def require_found(found: Block | ParameterError) -> Block:
     """What was found; raises why it was not."""
     if isinstance(found, ParameterError):
         raise found
@@ -96,23 +177,19 @@ def check_given(loop: Loop) -> None:
 
 def steady_state(loop: Loop, command: float) -> MachineState:
     """The state in which all rates of a loop's machine are 0 but that of the position."""
-    found: MachineState = sound(steady_states([loop], [command])[0])
+    found: MachineState = require_found(steady_states([loop], [command])[0])
     return found
 
 
-def steady_states(loops: Sequence[Loop], commands: Sequence[float]) -> list[Steady]:
+def steady_states(loops: Sequence[Loop], commands: Sequence[float]) -> list[SteadyResult]:
     """The states in which all rates of loops' machines are 0 but those of the positions.
 
     Bristles that hold a piston at rest may be bent by anything, by more than they can bear too. So a state in
     which they are bent as at the start is sought first, then one in which they are not. A state below vacuum,
     where oil is so soft that its pressure hardly changes, is none. A command is approached by smaller ones
     where nothing else helps. No machine changes a bit of another's state.
-
-    Args:
-        loops: ready to run but for their starts, alike but for their floats.
-        commands: under which the machines have settled [V].
     """
-    found: list[Steady] = []
+    found: list[SteadyResult] = []
     for first in range(0, len(loops), TOGETHER):
         some = slice(first, first + TOGETHER)
         found += Machines(loops[some], commands[some]).steady_states()
@@ -139,7 +216,7 @@ class Machines:
         self.bent = [i for i, path in enumerate(self.paths) if path.startswith(FRICTION)]
         self.counted = np.array([float(path != POSITION) for path in self.paths])
 
-    def steady_states(self) -> list[Steady]:
+    def steady_states(self) -> list[SteadyResult]:
         """Those of all of them."""
         given = {POSITION, *(path for path, _ in leaves(self.loops[0].start.given))}
         free = np.array([float(path not in given) for path in self.paths])
@@ -204,7 +281,7 @@ class Machines:
         bending = self.rates(moving, self.outside[which], which)[:, :, self.bent] / speeds[:, np.newaxis]
         return np.where(settled, 1 + (bending > -1e-6).all(axis=(1, 2)), 0)
 
-    def outcome(self, i: int, rest: Numbers, settled: bool) -> Steady:
+    def outcome(self, i: int, rest: Numbers, settled: bool) -> SteadyResult:
         """The steady state of a machine, or why it has none."""
         if settled:
             state: MachineState = filled(self.like, iter(rest[0].tolist()))
@@ -216,7 +293,7 @@ class Machines:
         return ParameterError("start", type(self.loops[i].start).__name__, problem)
 
 
-def sized(state: Block) -> Iterator[tuple[str, float]]:
+def state_sizes(state: Block) -> Iterator[tuple[str, float]]:
     """The size of each number of a machine's state, from its value or its unit."""
     for path, value in leaves(state):
         yield path, max(abs(value), SIZES.get(field_at(state, path).unit, 1.0))

@@ -1,7 +1,7 @@
 """Whether the steps of a run are short enough: from the machine's fastest motion, and by halving them."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, Protocol, Self, TypeVar
 
@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.control.loop import AUTO, Loop
 from hydroservo.core import ops
-from hydroservo.core.block import leaves, replace, value_at, values
+from hydroservo.core.block import leaves, replace, values
 from hydroservo.core.errors import ParameterError
 from hydroservo.machine.integrators.jumps import AFTER, BEFORE
-from hydroservo.runs.rows import FIRST, Rates, machine_rates
+from hydroservo.runs.evaluation import FIRST, Rates, machine_rates
 
 COMMAND = "controller.u"
 INSTANTS = 8  # of a run at which the machine is linearised, spread evenly
@@ -26,10 +26,10 @@ DOUBLINGS = 8  # of the first number of substeps
 STALLS = 2  # doublings in a row that did not halve the difference: nothing settles any more
 STILL = 1e-12  # of a state, in SI units: one that never has more stands still, and what it has is rounding
 
-Matrix = NDArray[np.float64]
+Numbers = NDArray[np.float64]
 
 
-class Signals(Protocol):
+class RecordedSignals(Protocol):
     """What a run recorded, as far as its steps are judged by it; a Dataset is such."""
 
     def __getitem__(self, path: str, /) -> ArrayLike: ...
@@ -37,8 +37,8 @@ class Signals(Protocol):
     def assign_attrs(self, **attrs: Any) -> Self: ...
 
 
-Recorded = TypeVar("Recorded", bound=Signals)
-Run = Callable[[Loop], Recorded]
+RecordedRun = TypeVar("RecordedRun", bound=RecordedSignals)
+StepRun = Callable[[Loop], RecordedRun]
 
 
 def machine_paths(loop: Loop) -> tuple[str, ...]:
@@ -46,21 +46,17 @@ def machine_paths(loop: Loop) -> tuple[str, ...]:
     return (*(path for path, _ in leaves(loop.machine(loop.init()))), COMMAND)
 
 
-def fastest(loop: Loop, data: Signals | None = None) -> float:
-    """The largest |lambda| [1/s] of the machine's Jacobian along a run, as :func:`rates` has them."""
-    return float(rates(loop, data).max(initial=0.0))
+def fastest_rate(loop: Loop, data: RecordedSignals | None = None) -> float:
+    """The largest |lambda| [1/s] of the machine's Jacobian along a run, as :func:`fastest_rates` has them."""
+    return float(fastest_rates(loop, data).max(initial=0.0))
 
 
-def rates(loop: Loop, data: Signals | None = None) -> NDArray[np.float64]:
+def fastest_rates(loop: Loop, data: RecordedSignals | None = None) -> NDArray[np.float64]:
     """The largest |lambda| [1/s] of the eigenvalues of the machine's Jacobian, at some instants of a run.
 
     The machine is linearised by central differences with the command held, at instants spread evenly over
     the run and where each state and the command are largest. An orifice near a vanishing drop, or a jump in
     a device's law, shows as a very large value.
-
-    Args:
-        loop: the loop.
-        data: a run of it with the paths of :func:`machine_paths`; None for the start alone.
 
     Returns:
         One rate for each instant at which the Jacobian is finite.
@@ -73,10 +69,10 @@ def rates(loop: Loop, data: Signals | None = None) -> NDArray[np.float64]:
         return np.zeros(0)
     largest = np.abs(states).max(axis=0)
     nudges = NUDGE * np.where(largest > 0.0, largest, 1.0)
-    rows = sorted({*evenly(len(times)), *np.abs(states).argmax(axis=0), np.abs(commands).argmax()})
+    rows = sorted({*even_rows(len(times)), *np.abs(states).argmax(axis=0), np.abs(commands).argmax()})
     move = machine_rates([loop], start)
 
-    def at(row: int) -> Matrix:
+    def at(row: int) -> Numbers:
         return jacobian(move, states[row], float(commands[row]), loop.load.force(float(times[row])), nudges)
 
     found = [at(row) for row in rows]
@@ -84,7 +80,7 @@ def rates(loop: Loop, data: Signals | None = None) -> NDArray[np.float64]:
     return np.abs(np.linalg.eigvals(finite)).max(axis=1) if finite.size else np.zeros(0)
 
 
-def trajectory(loop: Loop, data: Signals) -> tuple[Matrix, Matrix, Matrix]:
+def trajectory(loop: Loop, data: RecordedSignals) -> tuple[Numbers, Numbers, Numbers]:
     """The instants, states and commands of a run, as far as they are finite."""
     *paths, command = (np.asarray(data[path]) for path in machine_paths(loop))
     states = np.stack(paths, axis=1)
@@ -92,12 +88,12 @@ def trajectory(loop: Loop, data: Signals) -> tuple[Matrix, Matrix, Matrix]:
     return np.asarray(data["time"])[there], states[there], command[there]
 
 
-def evenly(count: int) -> list[int]:
+def even_rows(count: int) -> list[int]:
     """At most INSTANTS numbers of rows, the first and the last among them."""
     return [int(row) for row in np.linspace(0, count - 1, min(count, INSTANTS)).round()]
 
 
-def jacobian(move: Rates, x: Matrix, u: float, force: float, nudges: Matrix) -> Matrix:
+def jacobian(move: Rates, x: Numbers, u: float, force: float, nudges: Numbers) -> Numbers:
     """d(rates)/d(states), in units of the states' nudges [1/s]; not finite where there is none."""
     steps = np.diag(nudges)
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is left out afterwards
@@ -106,19 +102,15 @@ def jacobian(move: Rates, x: Matrix, u: float, force: float, nudges: Matrix) -> 
         return np.asarray(0.5 * (after - before).T / nudges[:, np.newaxis])
 
 
-def warning(loop: Loop, data: Signals | None = None) -> str:
+def coarseness(loop: Loop, data: RecordedSignals | None = None) -> str:
     """That a machine moves too fast for its steps, in one line; empty if it does not.
 
     It does if it somewhere moves faster than the integrator's ``trusted_rate``; one that has no such rate
     never says so.
-
-    Args:
-        loop: the loop, its substeps a number.
-        data: a run of it with the paths of :func:`machine_paths`; None to judge by the start alone.
     """
     simulation = loop.simulation
     integrator, period, substeps = simulation.integrator, simulation.period, simulation.substeps
-    rate, trusted = fastest(loop, data), integrator.trusted_rate(period, substeps)
+    rate, trusted = fastest_rate(loop, data), integrator.trusted_rate(period, substeps)
     if rate <= trusted:
         return ""
     more = integrator.substeps_for(rate, period, simulation.tolerance) > substeps
@@ -130,7 +122,7 @@ def warning(loop: Loop, data: Signals | None = None) -> str:
     )
 
 
-def checked_steps(loop: Loop, run: Run[Recorded]) -> Recorded:
+def checked_steps(loop: Loop, run: StepRun[RecordedRun]) -> RecordedRun:
     """A run of a loop whose steps are chosen, if they are to be, and judged.
 
     Args:
@@ -138,17 +130,17 @@ def checked_steps(loop: Loop, run: Run[Recorded]) -> Recorded:
         run: simulates a loop whose substeps are a number; its result has the paths of :func:`machine_paths`.
 
     Returns:
-        The run. Where substeps were chosen it has the attributes of :func:`settled`; where its steps are not
-        to be trusted, an attribute ``warning`` says why in one line, as ``doubt`` has it.
+        The run. Where substeps were chosen it has the attributes of :func:`settle_substeps`; where its steps
+        are not to be trusted, an attribute ``warning`` says why in one line, as ``step_doubt`` has it.
     """
     if loop.simulation.substeps == AUTO:
-        return settled(loop, run)
+        return settle_substeps(loop, run)
     data = run(loop)
-    said = doubt(loop, data, run)
+    said = step_doubt(loop, data, run)
     return data.assign_attrs(warning=said) if said else data
 
 
-def doubt(loop: Loop, data: Recorded, run: Run[Recorded]) -> str:
+def step_doubt(loop: Loop, data: RecordedRun, run: StepRun[RecordedRun]) -> str:
     """Why a run's steps are too coarse to be trusted, in one line; empty if they are not.
 
     Steps are suspect where the machine moves faster than the integrator is trusted to follow, where that says
@@ -156,15 +148,15 @@ def doubt(loop: Loop, data: Recorded, run: Run[Recorded]) -> str:
     machine that moves too fast needs none where the run is lost, or where the integrator chooses its steps
     and has no shortest one.
     """
-    fast, jump, integrator = warning(loop, data), first_jump_inside(loop), loop.simulation.integrator
+    fast, jump, integrator = coarseness(loop, data), first_jump_inside(loop), loop.simulation.integrator
     lost = not np.isfinite(np.asarray(data[COMMAND])).all()
     halves = hasattr(integrator, "most_steps") or not hasattr(integrator, "attempt")
     if fast and (lost or not halves):
         return fast
     if judged_by_rate(loop) and not fast and jump == math.inf:
         return ""
-    error = difference(loop, data, run(with_half_steps(loop)))
-    return "" if error <= TRUSTED else fast or changed_by_halving(loop, error, jump)
+    error = largest_difference(loop, data, run(with_half_steps(loop)))
+    return "" if error <= TRUSTED else fast or halving_text(loop, error, jump)
 
 
 def with_half_steps(loop: Loop) -> Loop:
@@ -202,55 +194,51 @@ def first_jump_inside(loop: Loop) -> float:
     return math.inf
 
 
-def changed_by_halving(loop: Loop, error: float, jump: float) -> str:
+def halving_text(loop: Loop, error: float, jump: float) -> str:
     """That steps half as long change a run by an error; why, where the load jumps inside a step."""
     substeps = loop.simulation.substeps
-    advice = 'simulation.substeps = "auto" finds how many' if jump == math.inf else jump_inside(jump)
+    advice = 'simulation.substeps = "auto" finds how many' if jump == math.inf else jump_text(jump)
     return (
         f"the steps are too coarse to be trusted: {substeps} substep{'s' * (substeps != 1)} in a sample "
         f"period and twice as many differ by {error:.1e} of the machine's largest values; {advice}"
     )
 
 
-def settled(loop: Loop, run: Run[Recorded]) -> Recorded:
+def settle_substeps(loop: Loop, run: StepRun[RecordedRun]) -> RecordedRun:
     """A run with as many substeps as the machine needs.
 
     The fastest eigenvalue, at the start and then along a run (but no more than ten times the median there),
     says how many substeps the integrator takes to meet ``simulation.tolerance``. The run with twice as many
-    then says how much they miss, as :func:`difference` has it, and substeps are doubled until that is within
-    the tolerance. What does not settle (a law that switches at every sample amplifies rounding; a load jumps
-    inside substeps) is given up once the difference was not halved twice in a row, or after eight doublings;
-    the run that missed least is returned.
-
-    Args:
-        loop: the loop; its substeps are ignored.
-        run: as for :func:`checked_steps`.
+    then says how much they miss, as :func:`largest_difference` has it, and substeps are doubled until that is
+    within the tolerance. What does not settle (a law that switches at every sample amplifies rounding; a load
+    jumps inside substeps) is given up once the difference was not halved twice in a row, or after eight
+    doublings; the run that missed least is returned.
 
     Returns:
         The run, with the attributes ``substeps`` (what was chosen), ``step_error`` (the difference measured),
         and ``warning`` where it did not settle.
     """
     tolerance = loop.simulation.tolerance
-    substeps = needed(loop, rates(loop))
+    substeps = needed_substeps(loop, fastest_rates(loop))
     data = run(with_substeps(loop, substeps))
-    more = needed(loop, rates(loop, data))
+    more = needed_substeps(loop, fastest_rates(loop, data))
     if more > substeps:
         substeps, data = more, run(with_substeps(loop, more))
     least, chosen, best, stalls = math.inf, substeps, data, -1
     for _ in range(DOUBLINGS):
         finer = run(with_substeps(loop, 2 * substeps))
-        error = difference(loop, data, finer)
+        error = largest_difference(loop, data, finer)
         stalls = 0 if error < 0.5 * least else stalls + 1
         if error < least:
             least, chosen, best = error, substeps, data
         if least <= tolerance or stalls == STALLS:
             break
         substeps, data = 2 * substeps, finer
-    said = {} if least <= tolerance else {"warning": unsettled(with_substeps(loop, chosen), least)}
+    said = {} if least <= tolerance else {"warning": unsettled_text(with_substeps(loop, chosen), least)}
     return best.assign_attrs(substeps=chosen, step_error=least, **said)
 
 
-def needed(loop: Loop, found: NDArray[np.float64]) -> int:
+def needed_substeps(loop: Loop, found: NDArray[np.float64]) -> int:
     """How many substeps a machine of these rates takes."""
     simulation = loop.simulation
     rate = min(float(found.max()), PEAK * float(np.median(found))) if found.size else 0.0
@@ -263,9 +251,6 @@ def command_parts(loop: Loop) -> int:
     """How many equal parts a sample period must have for a delayed command to come between two of them.
 
     1 for an integrator that chooses its steps, which ends one where the command comes.
-
-    Raises:
-        ParameterError: the delay is longer than a period, or no k/n of it with n up to 100.
     """
     delay, period = getattr(loop.hold, "delay", 0.0), loop.simulation.period
     if delay > (1.0 + 1e-9) * period:
@@ -283,9 +268,6 @@ def with_exact_delay(loop: Loop) -> Loop:
     """The loop, a delayed command's share of a period exact: "0.3333333333 ms" of 1 ms is a third.
 
     An integrator that chooses its steps ends one wherever the command comes.
-
-    Raises:
-        ParameterError: as ``command_parts``.
     """
     delay, period, parts = getattr(loop.hold, "delay", 0.0), loop.simulation.period, command_parts(loop)
     exact = round(parts * delay / period) / parts * period
@@ -297,11 +279,7 @@ def with_exact_delay(loop: Loop) -> Loop:
 
 
 def check_substeps(loop: Loop) -> None:
-    """Refuse substeps that do not end where a delayed command comes.
-
-    Raises:
-        ParameterError: they do not, or the delay is none that they could end on.
-    """
+    """Refuse substeps that do not end where a delayed command comes."""
     substeps, parts = loop.simulation.substeps, command_parts(loop)
     if substeps != AUTO and substeps % parts:
         wanted = f"must be a multiple of {parts}, for the hold's delay"
@@ -314,32 +292,32 @@ def with_substeps(loop: Loop, substeps: int) -> Loop:
     return changed
 
 
-def unsettled(loop: Loop, error: float) -> str:
+def unsettled_text(loop: Loop, error: float) -> str:
     """That substeps and twice as many differ by more than they may; why, where the load jumps inside one."""
     substeps, tolerance = loop.simulation.substeps, loop.simulation.tolerance
     jump = first_jump_inside(loop)
-    cause = "" if jump == math.inf else f"; {jump_inside(jump)}"
+    cause = "" if jump == math.inf else f"; {jump_text(jump)}"
     return (
         f"the steps did not settle: {substeps} substeps and twice as many differ by {error:.1e} of the "
         f"machine's largest values, more than simulation.tolerance = {tolerance:g}{cause}"
     )
 
 
-def jump_inside(jump: float) -> str:
+def jump_text(jump: float) -> str:
     return f"the load jumps inside a step, first at {jump:g} s; Tsit5 ends one there"
 
 
-def difference(loop: Loop, coarse: Signals, fine: Signals) -> float:
+def largest_difference(loop: Loop, coarse: RecordedSignals, fine: RecordedSignals) -> float:
     """The largest difference of a machine's states in two runs, relative to each state's largest value.
 
     It is inf where one run is lost and the other is not. States that stand still in both do not count.
     """
     *paths, _ = machine_paths(loop)
     pairs = ((np.asarray(coarse[path]), np.asarray(fine[path])) for path in paths)
-    return max((one_difference(*pair) for pair in pairs), default=0.0)
+    return max((state_difference(*pair) for pair in pairs), default=0.0)
 
 
-def one_difference(a: Matrix, b: Matrix) -> float:
+def state_difference(a: Numbers, b: Numbers) -> float:
     there = np.isfinite(a)
     if not np.array_equal(there, np.isfinite(b)):
         return math.inf
@@ -348,39 +326,3 @@ def one_difference(a: Matrix, b: Matrix) -> float:
     if max(apart, largest) <= STILL:
         return 0.0
     return float(apart / largest) if largest > 0.0 else math.inf
-
-
-def hardest(loop: Loop, parts: Iterable[Mapping[str, NDArray[np.float64]]]) -> Loop:
-    """The loop whose machine moves fastest at its start, among those with the extremes of each parameter.
-
-    Args:
-        loop: the loop that all start from.
-        parts: values of shape (runs,) by path, of some runs after the other; where a path is not in one of
-            them, the loop's own value holds there.
-    """
-    found: Loop = max((replace(loop, row) for row in extremes(loop, parts)), key=fastest)
-    return found
-
-
-def extremes(loop: Loop, parts: Iterable[Mapping[str, NDArray[np.float64]]]) -> list[dict[str, Any]]:
-    """Which runs have the least or the largest of a number, the first run that does, in order."""
-    ends: dict[tuple[str, bool], tuple[float, int]] = {}  # by path and which end: its value, and its run
-    rows: dict[int, dict[str, Any]] = {}
-    first = 0
-    for columns in parts:
-        size = next(iter(columns.values())).size
-        for path in dict.fromkeys([*columns, *(path for path, _ in ends)]):
-            own = float(value_at(loop, path))
-            values = columns[path] if path in columns else np.array([own])
-            for largest, i in ((False, int(values.argmin())), (True, int(values.argmax()))):
-                value, before = float(values[i]), ends.get((path, largest), (own, 0) if first else None)
-                if before is None or (value > before[0] if largest else value < before[0]):
-                    before = value, first + i
-                ends[path, largest] = before
-        runs = {run for _, run in ends.values()} | {0}
-        for run in runs - rows.keys():
-            rows[run] = {p: type(value_at(loop, p))(values[run - first]) for p, values in columns.items()}
-        rows = {run: rows[run] for run in sorted(runs)}
-        first += size
-    asked = {run for _, run in ends.values()}
-    return [row for run, row in rows.items() if run in asked]

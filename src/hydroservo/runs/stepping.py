@@ -20,19 +20,19 @@ from hydroservo.core.roles import Controller, role
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.core.validation import LARGEST_WHOLE, checked
 from hydroservo.cosimulation import refuse_fmus
-from hydroservo.runs.batch import with_steps
-from hydroservo.runs.columns import SEED, checked_columns, starts
-from hydroservo.runs.divergence import reach_of, watched_paths
+from hydroservo.runs.batch import loop_with_steps
+from hydroservo.runs.columns import SEED, checked_columns, hardest_loop, start_columns
 from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.run import plan_of, ready, studied
-from hydroservo.runs.step_sizes import hardest
+from hydroservo.runs.kernels import run_spec, state_reaches, watched_paths
+from hydroservo.runs.run import runnable_loop
+from hydroservo.runs.trace import plan_of
 from hydroservo.work.cores import checked_count
 
 COMMAND = "controller.u"
 LEAST_GROUPS = 4  # of runs that are worth a thread
 
 Numbers = NDArray[np.float64]
-Whole = NDArray[np.int64]
+WholeNumbers = NDArray[np.int64]
 
 NOTHING = Measurement(*(math.nan,) * len(Measurement._fields))  # yet; a signal that nothing measures stays so
 
@@ -74,20 +74,22 @@ class SteppedRuns:
         from hydroservo.engine.stepping import CompiledSteps, Steps
 
         refuse_fmus(loop, "step it from outside")
-        self.given, whole = wired(checked(loop)), ready(loop)
+        self.given, whole = wired(checked(loop)), runnable_loop(loop)
         self.sets = int(np.size(next(iter(parameters.values()), 0.0)))
         self.own = checked_columns(whole, {**parameters, SEED: np.full(self.sets, whole.simulation.seed)})
-        columns = self.own | starts(checked(loop), self.own)
-        self.loop, said = with_steps(whole, hardest(whole, [columns]), strict=True)
+        columns = self.own | start_columns(checked(loop), self.own)
+        self.loop, said = loop_with_steps(whole, hardest_loop(whole, [columns]), strict=True)
         if "warning" in said:
             warnings.warn(str(said["warning"]), HydroservoWarning, stacklevel=2)
         driven = self.loop._replace(controller=Commanded(), metrics=group({}))
         self.period = driven.simulation.period
         state = first_state(driven)
         self.samples = plan_of(driven, state, ()).samples - 1
-        study: RunSpec = studied(driven, self.samples + 1)
-        self.places = {path: i for i, path in enumerate(shown(state))}
-        wanted = Recording(tuple(f"s.{path}" for path in self.places), watched_paths(state), reach_of(state))
+        study: RunSpec = run_spec(driven, self.samples + 1)
+        self.places = {path: i for i, path in enumerate(shown_paths(state))}
+        wanted = Recording(
+            tuple(f"s.{path}" for path in self.places), watched_paths(state), state_reaches(state)
+        )
         with compilation(driven):
             kernel = CompiledSteps(study, wanted, state, tuple(columns), COMMAND)
         self.steps = Steps(kernel, count)
@@ -136,7 +138,7 @@ class SteppedRuns:
         """Which runs diverged since they began, where a number was not finite, or beyond physical reach."""
         return self.steps.lost
 
-    def begin(self, which: Whole, sets: Whole, seeds: Whole) -> None:
+    def begin(self, which: WholeNumbers, sets: WholeNumbers, seeds: WholeNumbers) -> None:
         """Put some runs at their first sample, and measure there.
 
         Args:
@@ -176,7 +178,7 @@ def pool_of(shares: Sequence[tuple[int, int]]) -> ThreadPoolExecutor | None:
     return ThreadPoolExecutor(len(shares)) if len(shares) > 1 else None
 
 
-def check_whole(name: str, numbers: Whole, end: int, count: int) -> None:
+def check_whole(name: str, numbers: WholeNumbers, end: int, count: int) -> None:
     """Refuse what are not so many whole numbers from 0 to below an end."""
     given = np.asarray(numbers)
     whole = given.shape == (count,) and given.dtype.kind in "iu"
@@ -184,7 +186,7 @@ def check_whole(name: str, numbers: Whole, end: int, count: int) -> None:
         raise ParameterError(name, numbers, f"must be {count} whole numbers from 0 to {end - 1}")
 
 
-def shown(state: Block) -> list[str]:
+def shown_paths(state: Block) -> list[str]:
     """What of a state is shown: all but what sensors and holds remember."""
     return [path for path, _ in leaves(state) if not path.startswith(("sensors.", "hold."))]
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,34 +10,99 @@ from numpy.typing import NDArray
 from hydroservo.control.wiring import wired
 from hydroservo.core.block import value_at
 from hydroservo.core.errors import HydroservoError, ParameterError
-from hydroservo.runs.aims import Aim, check_ranges, checked_aim, checked_whole, geometric_mean
 from hydroservo.runs.arguments import checked_loops
 from hydroservo.runs.objective import (
     OUTSIDE,
     SAFE,
-    Outcome,
-    at_points,
-    costs,
-    mean_of,
-    outcome,
+    Aim,
+    CandidateOutcome,
+    candidate_outcome,
+    check_ranges,
+    checked_aim,
+    checked_whole,
+    geometric_mean,
+    mean_of_cost,
+    outcomes_at,
+    search_costs,
     with_fixed_steps,
 )
 from hydroservo.runs.run import with_metrics
-from hydroservo.runs.space import CANDIDATES, Space, minimum
-from hydroservo.runs.tuned import Tried, Tuned
+from hydroservo.runs.tuned import TriedValues, Tuned
 
 Numbers = NDArray[np.float64]
-Columns = Mapping[str, Numbers]
-Progress = Callable[[float, float], None]  # called with the fraction done and the best geometric mean so far
 
-CLOSEST = (
-    30  # candidates that get a closer look, by their rank evenly in its logarithm, until one keeps the bounds
-)
+CANDIDATES = 64  # of a generation: whole groups of lanes
+DIGITS = 5  # of a rounded point; a rig's gains have no more
+
+
+class SearchSpace(NamedTuple):
+    """Ranges as a unit cube."""
+
+    ranges: Mapping[str, tuple[float, float]]
+
+    def values(self, units: Numbers) -> dict[str, Numbers]:
+        """Parameters by path for points of shape (candidates, paths)."""
+        found = {}
+        for (path, (low, high)), unit in zip(self.ranges.items(), units.T, strict=True):
+            between = low * (high / low) ** unit if low * high > 0.0 else low + (high - low) * unit
+            found[path] = np.clip(between, low, high)
+        return found
+
+    def units(self, values: Numbers) -> Numbers:
+        """The points of the cube that have some parameters, both of shape (candidates, paths)."""
+        found = np.empty_like(values)
+        for k, (low, high) in enumerate(self.ranges.values()):
+            own = values[:, k]
+            found[:, k] = (
+                np.log(own / low) / np.log(high / low) if low * high > 0.0 else (own - low) / (high - low)
+            )
+        return np.clip(found, 0.0, 1.0)
+
+    def rounded(self, unit: Numbers) -> dict[str, float]:
+        """Parameters by path for one point of shape (paths,), with few digits."""
+        found = {}
+        for path, (value,) in self.values(unit[np.newaxis]).items():
+            low, high = self.ranges[path]
+            found[path] = min(max(float(f"{value:.{DIGITS}g}"), low), high)
+        return found
+
+
+def latin_hypercube(count: int, dimensions: int, seed: int) -> Numbers:
+    """Points spread over the unit cube, shape (count, dimensions): those of scipy's LatinHypercube."""
+    (rng,) = np.random.default_rng(seed).spawn(1)
+    inside = rng.uniform(size=(count, dimensions))
+    cells = rng.permuted(np.tile(np.arange(1, count + 1), (dimensions, 1)), axis=1)
+    return np.asarray((cells.T - inside) / count)
+
+
+def find_minimum(cost: Callable[[Numbers], Any], dimensions: int, generations: int, seed: int) -> Numbers:
+    """The point of the unit cube at which a function of points of shape (dimensions, points) is smallest."""
+    from scipy.optimize import differential_evolution
+
+    found = differential_evolution(
+        cost,
+        [(0.0, 1.0)] * dimensions,
+        init=latin_hypercube(CANDIDATES, dimensions, seed),
+        maxiter=generations - 1,
+        tol=0.0,
+        atol=-1.0,  # never ends early: every law gets as many candidates
+        polish=False,
+        updating="deferred",
+        vectorized=True,
+        rng=np.random.default_rng([seed, 1]),
+    )
+    return np.asarray(found.x)
+
+
+Columns = Mapping[str, Numbers]
+SearchProgress = Callable[[float, float], None]  # the fraction done, and the best geometric mean so far
+
+CLOSEST = 30  # candidates that get a closer look, evenly in the logarithm of their rank, until one keeps it
 SHOWN = 3  # problems of the nearest candidate
 ROUNDS = 4  # in which candidates on the front are held against the bounds
 
 
-class Guard(Protocol):
+class SearchGuard(Protocol):
     """Bounds that a search keeps, besides making a metric small."""
 
     def violations(self, candidates: Columns) -> Numbers:
@@ -49,14 +114,14 @@ class Guard(Protocol):
         ...
 
 
-def searched(
+def search_gains(
     aim: Aim,
     ranges: Mapping[str, tuple[float, float]],
     candidates: int,
     seed: int,
     threads: int | None,
-    progress: Progress | None,
-    guard: Guard | None = None,
+    progress: SearchProgress | None,
+    guard: SearchGuard | None = None,
     guess: Mapping[str, float] | None = None,
     interrupted: Callable[[], None] = lambda: None,
 ) -> Tuned:
@@ -94,12 +159,14 @@ def searched(
     check_ranges(aim.loops, ranges)
     candidates, seed = checked_whole("candidates", candidates), checked_whole("seed", seed)
     own = [{path: value_at(loop, path) for path in ranges} for loop in aim.loops]
-    tables, before = at_points(aim, own, threads)
+    tables, before = outcomes_at(aim, own, threads)
     generations = math.ceil(candidates / CANDIDATES)
-    search = Search(with_fixed_steps(aim, tables), Space(ranges), generations, threads, progress, guard)
+    search = GainSearch(
+        with_fixed_steps(aim, tables), SearchSpace(ranges), generations, threads, progress, guard
+    )
     stopped = False
     try:
-        minimum(search.generation, len(ranges), generations, seed)
+        find_minimum(search.generation, len(ranges), generations, seed)
     except KeyboardInterrupt:
         if not search.within().any():
             raise
@@ -107,8 +174,8 @@ def searched(
         interrupted()
     point, parameters = search.best()
     alike = [parameters] * len(aim.loops)
-    tables, after = at_points(aim, alike, threads)
-    best = tried(aim, parameters, after, within=True)
+    tables, after = outcomes_at(aim, alike, threads)
+    best = tried_values(aim, parameters, after, within=True)
     if best.error == math.inf:
         raise HydroservoError("nothing found: with the best values some run diverged; try other ranges")
     return Tuned(
@@ -121,7 +188,7 @@ def searched(
         tables=tables,
         names=[f"loop {i}" for i in range(1, len(aim.loops) + 1)],
         metric=aim.metric,
-        own=tried(aim, own[0], before, within=guard is None or not guard.objections({})),
+        own=tried_values(aim, own[0], before, within=guard is None or not guard.objections({})),
         best=best,
         guess=search.trial(own[0] | dict(guess)) if guess else None,
         front=search.front(),
@@ -129,7 +196,7 @@ def searched(
     )
 
 
-class Trials(NamedTuple):
+class CandidateTable(NamedTuple):
     """What is known of some candidates, each array of shape (candidates,) but for the points.
 
     Attributes:
@@ -147,7 +214,7 @@ class Trials(NamedTuple):
     state: NDArray[np.int8]
 
 
-class Search:
+class GainSearch:
     """One search, generation by generation.
 
     Args:
@@ -162,17 +229,17 @@ class Search:
     def __init__(
         self,
         aim: Aim,
-        space: Space,
+        space: SearchSpace,
         generations: int,
         threads: int | None,
-        progress: Progress | None,
-        guard: Guard | None,
+        progress: SearchProgress | None,
+        guard: SearchGuard | None,
     ) -> None:
         self.aim, self.space, self.generations = aim, space, generations
         self.threads, self.progress, self.guard = threads, progress, guard
         self.done, self.lowest, self.worst = 0, math.inf, 0.0
         self.parents = np.full(CANDIDATES, math.inf)
-        self.trials: list[Trials] = []
+        self.trials: list[CandidateTable] = []
 
     def generation(self, units: Numbers) -> Numbers:
         """The cost of a generation's points, shape (parameters, candidates).
@@ -180,8 +247,8 @@ class Search:
         Bounds are looked at where a candidate is better than the one whose place it would take.
         """
         values = self.space.values(units.T)
-        outcomes = [outcome(self.aim, i, values, self.threads) for i in range(len(self.aim.loops))]
-        cost = costs(self.aim, outcomes)
+        outcomes = [candidate_outcome(self.aim, i, values, self.threads) for i in range(len(self.aim.loops))]
+        cost = search_costs(self.aim, outcomes)
         state = np.full(cost.size, -1 if self.guard else 1, dtype=np.int8)
         if self.guard:
             due = np.flatnonzero((cost < OUTSIDE) & (cost <= self.parents))
@@ -191,12 +258,12 @@ class Search:
         state[cost >= OUTSIDE] = 0
         error = geometric_means(self.aim, [one.error for one in outcomes])
         activity = geometric_means(self.aim, [one.activity for one in outcomes])
-        self.trials.append(Trials(units.T.copy(), cost, error, activity, state))
+        self.trials.append(CandidateTable(units.T.copy(), cost, error, activity, state))
         self.follow(cost)
         self.done, self.lowest = self.done + 1, min(self.lowest, cost[state == 1].min(initial=math.inf))
         self.worst = max(self.worst, *(one.error.max() for one in outcomes))
         if self.progress is not None:
-            self.progress(self.done / self.generations, mean_of(self.lowest))
+            self.progress(self.done / self.generations, mean_of_cost(self.lowest))
         return cost
 
     def follow(self, cost: Numbers) -> None:
@@ -205,9 +272,9 @@ class Search:
         least = int(self.parents.argmin())
         self.parents[[0, least]] = self.parents[[least, 0]]
 
-    def every(self) -> Trials:
+    def every(self) -> CandidateTable:
         """All candidates so far."""
-        return Trials(*(np.concatenate(one) for one in zip(*self.trials, strict=True)))
+        return CandidateTable(*(np.concatenate(one) for one in zip(*self.trials, strict=True)))
 
     def within(self) -> NDArray[np.bool_]:
         """Which candidates are known to keep the bounds."""
@@ -236,7 +303,7 @@ class Search:
         least = int(every.cost.argmin())
         if self.guard is None or every.error[least] >= SAFE:
             nearest = self.space.rounded(every.points[least])
-            at_points(self.aim, [nearest] * len(self.aim.loops), self.threads)  # which may say why
+            outcomes_at(self.aim, [nearest] * len(self.aim.loops), self.threads)  # which may say why
             return f"nothing found: with each of {count} some run diverged; try other ranges"
         nearest = self.space.rounded(every.points[least])
         values = ", ".join(f"{path} = {value:g}" for path, value in nearest.items())
@@ -254,31 +321,31 @@ class Search:
             return True
         return not self.guard.violations({path: np.array([one]) for path, one in parameters.items()}).any()
 
-    def trial(self, parameters: Mapping[str, float]) -> Tried | None:
+    def trial(self, parameters: Mapping[str, float]) -> TriedValues | None:
         """Some values, the same for all loops; None where they allow no controller."""
         try:
-            _, outcomes = at_points(self.aim, [parameters] * len(self.aim.loops), self.threads)
+            _, outcomes = outcomes_at(self.aim, [parameters] * len(self.aim.loops), self.threads)
         except ParameterError:
             return None
-        return tried(self.aim, parameters, outcomes, within=self.keeps(parameters))
+        return tried_values(self.aim, parameters, outcomes, within=self.keeps(parameters))
 
-    def front(self) -> list[Tried]:
+    def front(self) -> list[TriedValues]:
         """The candidates within bounds that no other is better than in error and activity, calmest first."""
         points, _, error, activity, state = self.every()
         lost = ~(np.isfinite(activity) & (error < SAFE))
         for _ in range(ROUNDS):
-            best = undominated(np.where(lost | (state == 0), math.inf, error), activity)
+            best = undominated_points(np.where(lost | (state == 0), math.inf, error), activity)
             open_ = best[state[best] == -1]
             if not open_.size or self.guard is None:
                 break
             state[open_] = self.guard.violations(self.space.values(points[open_])) == 0.0
         return [
-            Tried(self.space.rounded(points[i]), float(error[i]), float(activity[i]), within=True)
+            TriedValues(self.space.rounded(points[i]), float(error[i]), float(activity[i]), within=True)
             for i in best[state[best] == 1]
         ]
 
 
-def undominated(error: Numbers, activity: Numbers) -> NDArray[np.intp]:
+def undominated_points(error: Numbers, activity: Numbers) -> NDArray[np.intp]:
     """The points with a smaller error than any calmer one, calmest first."""
     order = np.lexsort((error, activity))
     least = np.minimum.accumulate(np.append(math.inf, error[order]))
@@ -290,12 +357,14 @@ def geometric_means(aim: Aim, each: Sequence[Numbers]) -> Numbers:
     return np.array([geometric_mean(aim.weights, one) for one in np.transpose(each)])
 
 
-def tried(aim: Aim, parameters: Mapping[str, float], outcomes: Sequence[Outcome], *, within: bool) -> Tried:
+def tried_values(
+    aim: Aim, parameters: Mapping[str, float], outcomes: Sequence[CandidateOutcome], *, within: bool
+) -> TriedValues:
     """Some values and what they do."""
     activity = geometric_mean(aim.weights, [one.activity.item() for one in outcomes])
-    return Tried(parameters, geometric_mean(aim.weights, errors_of(outcomes)), activity, within)
+    return TriedValues(parameters, geometric_mean(aim.weights, errors_of(outcomes)), activity, within)
 
 
-def errors_of(outcomes: Sequence[Outcome]) -> list[float]:
+def errors_of(outcomes: Sequence[CandidateOutcome]) -> list[float]:
     """The metric of each loop with one candidate; inf where a run diverged."""
     return [one.error.item() if one.error.item() < SAFE else math.inf for one in outcomes]

@@ -11,7 +11,7 @@ from hydroservo.core.block import Block, field_at, is_block, leaves
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.nearest import nearest
 from hydroservo.core.validation import number
-from hydroservo.runs.columns import Columns, vector
+from hydroservo.runs.columns import Columns, number_per_run
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.load import Assembly, MachineBlocks, assemble
 
@@ -76,7 +76,7 @@ def checked_values(assembly: Assembly, path: str, values: ArrayLike, first: int)
     if path not in assembly.arguments:
         problem = f"is not a number that a constructor takes{nearest(path, assembly.arguments)}"
         raise ScenarioError("values", path, problem)
-    found = vector(path, values)
+    found = number_per_run(path, values)
     for run, value in enumerate(found.tolist(), first):
         try:
             number(value, path, assembly.arguments[path].field, float)

@@ -18,7 +18,7 @@ from hydroservo.core.validation import checked, whole_number
 from hydroservo.runs.arguments import checked_loop, checked_mapping, checked_table
 from hydroservo.runs.columns import SEED
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.runs.run import complete
+from hydroservo.runs.run import complete_loop
 from hydroservo.scenario.datasheets import made_columns
 from hydroservo.scenario.load import Assembly, MachineBlocks, assemble, load_scenario
 from hydroservo.scenario.other_tables import Truth
@@ -130,7 +130,7 @@ def run_of(loop: Loop, table: "xr.Dataset", run: int) -> Loop:
     Raises:
         ParameterError: there is no such run, or the table is that of another loop.
     """
-    asked, table = complete(loop), checked_table(table)
+    asked, table = complete_loop(loop), checked_table(table)
     whole_number("run", run, 0, table.sizes["run"] - 1)
     steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
     own = scenario_hash(asked)

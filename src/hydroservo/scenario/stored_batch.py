@@ -16,24 +16,24 @@ from hydroservo.core.block import replace
 from hydroservo.core.errors import HydroservoError, short
 from hydroservo.core.validation import checked
 from hydroservo.runs.arguments import checked_loop
-from hydroservo.runs.batch import How, simulate_part, with_steps
+from hydroservo.runs.batch import BatchOptions, loop_with_steps, simulate_part
 from hydroservo.runs.cautions import with_warning
-from hydroservo.runs.cautions.every import loop_cautions
-from hydroservo.runs.cautions.pressures import pressure_caution
+from hydroservo.runs.cautions.loop import loop_cautions
 from hydroservo.runs.cautions.records import check_records
-from hydroservo.runs.columns import starts, vector
+from hydroservo.runs.cautions.run import pressure_caution
+from hydroservo.runs.columns import hardest_loop, number_per_run, start_columns
 from hydroservo.runs.fitting import first_state
-from hydroservo.runs.provenance import describe, provenance, scenario_text, toml
+from hydroservo.runs.provenance import block_tables, canonical_toml, provenance, toml_of_json
 from hydroservo.runs.results import arrow_table
-from hydroservo.runs.run import complete, plan_of, ready
-from hydroservo.runs.step_sizes import hardest
+from hydroservo.runs.run import complete_loop, runnable_loop
+from hydroservo.runs.trace import plan_of
 from hydroservo.scenario.build import ConstructorArgument
 from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.parameter_draws import Columns, Drawn, Variation, check_size, draw_runs, drawn_ranges
-from hydroservo.show.numbers import as_json
-from hydroservo.work.doing import do
-from hydroservo.work.store import PARTS, Store, manifest_in
-from hydroservo.work.unit import Say, Unit, address
+from hydroservo.show.files import as_json
+from hydroservo.work.execution import do_units
+from hydroservo.work.store import PARTS, UnitStore, manifest_in
+from hydroservo.work.unit import Say, WorkUnit, unit_address
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -138,9 +138,9 @@ def simulate_in_parts(
         ParameterError, ScenarioError, LoopError: as :func:`~hydroservo.simulate_batch`.
     """
     check_size(runs, sampled.seed, most=MOST_IN_PARTS)
-    asked = complete(sampled.assembly.loop)
+    asked = complete_loop(sampled.assembly.loop)
     sampled, about = with_chosen_steps(sampled, runs)
-    loop = ready(sampled.assembly.loop)
+    loop = runnable_loop(sampled.assembly.loop)
     size = size or part_size(
         plan_of(loop, first_state(loop), ()).samples * loop.simulation.substeps, sampled.cuda
     )
@@ -149,7 +149,7 @@ def simulate_in_parts(
     )
     units, before = work_units(sampled, runs, size, workers), store.done()
     new = [i for i, unit in enumerate(units) if unit.key not in before]
-    do(units, store, workers=workers.processes, scheduler=workers.scheduler, progress=progress, say=say)
+    do_units(units, store, workers=workers.processes, scheduler=workers.scheduler, progress=progress, say=say)
     drawn = {"drawn_with_seed": sampled.seed, "varied": as_json(sampled.ranges(runs))}
     attrs = provenance(loop, asked) | about | drawn
 
@@ -158,14 +158,14 @@ def simulate_in_parts(
     return StoredBatch(with_warning(table, lines), sum(min(size, runs - i * size) for i in new))
 
 
-def work_units(sampled: SampledBatch, runs: int, size: int, workers: Workers) -> list[Unit]:
+def work_units(sampled: SampledBatch, runs: int, size: int, workers: Workers) -> list[WorkUnit]:
     """The parts of a batch."""
     shared, units = batch_identity(sampled), []
     for first in range(0, runs, size):
         count = min(size, runs - first)
-        key = address({**shared, "first": first, "count": count})
+        key = unit_address({**shared, "first": first, "count": count})
         does = partial(simulate_stored_part, sampled, first, count, workers.threads)
-        units.append(Unit(key, does, f"runs {first:,} to {first + count - 1:,}"))
+        units.append(WorkUnit(key, does, f"runs {first:,} to {first + count - 1:,}"))
     return units
 
 
@@ -174,7 +174,7 @@ def simulate_stored_part(sampled: SampledBatch, first: int, runs: int, threads: 
     from hydroservo.work.cores import checked_count
 
     drawn = sampled.drawn(first, runs)
-    how = How(sampled.strict, checked_count(threads, "threads"), sampled.cuda)
+    how = BatchOptions(sampled.strict, checked_count(threads, "threads"), sampled.cuda)
     found = simulate_part(sampled.assembly.loop, drawn.parameters, first, how)
     table = table_of_runs(found, drawn, sampled.seed, sampled.assembly.arguments)
     return arrow_table(table.drop_attrs(deep=False).assign_attrs(found.attrs))
@@ -183,7 +183,7 @@ def simulate_stored_part(sampled: SampledBatch, first: int, runs: int, threads: 
 def with_chosen_steps(sampled: SampledBatch, runs: int) -> tuple[SampledBatch, dict[str, Any]]:
     """The batch with a number of substeps, and what is to be said of it, as of one table of all runs."""
     given = checked_loop(sampled.assembly.loop)
-    loop = ready(given)
+    loop = runnable_loop(given)
     check_records(loop)
     first_state(loop)
     whole = checked(given)
@@ -191,10 +191,10 @@ def with_chosen_steps(sampled: SampledBatch, runs: int) -> tuple[SampledBatch, d
     def started() -> Iterator[Columns]:
         for first in range(0, runs, MOST):
             drawn = sampled.drawn(first, min(MOST, runs - first))
-            columns = {path: vector(path, values) for path, values in drawn.parameters.items()}
-            yield columns | starts(whole, columns, first)
+            columns = {path: number_per_run(path, values) for path, values in drawn.parameters.items()}
+            yield columns | start_columns(whole, columns, first)
 
-    chosen, said = with_steps(loop, hardest(loop, started()), sampled.strict)
+    chosen, said = loop_with_steps(loop, hardest_loop(loop, started()), sampled.strict)
     steps = {"simulation.substeps": chosen.simulation.substeps}
     return sampled._replace(assembly=sampled.assembly._replace(loop=replace(given, steps))), said
 
@@ -210,8 +210,8 @@ def batch_identity(sampled: SampledBatch) -> dict[str, Any]:
     """All that the rows of a batch depend on, but for which runs they are."""
     assembly = sampled.assembly
     found = {
-        "scenario": scenario_text(ready(assembly.loop)),
-        "metrics": toml(json.dumps(describe(assembly.loop.metrics))),
+        "scenario": canonical_toml(runnable_loop(assembly.loop)),
+        "metrics": toml_of_json(json.dumps(block_tables(assembly.loop.metrics))),
         "vary": [[one.path, one.low, one.high, one.nominal] for one in sampled.varied],
         "seed": sampled.seed,
         "seeds": sampled.seeds,
@@ -224,18 +224,18 @@ def batch_identity(sampled: SampledBatch) -> dict[str, Any]:
     return found
 
 
-def open_batch_store(folder: Path, content: Mapping[str, Any]) -> Store:
+def open_batch_store(folder: Path, content: Mapping[str, Any]) -> UnitStore:
     """The folder of a batch, which goes on if there is something of it."""
     wanted = json.loads(json.dumps(content))
     found = manifest_in(folder, MANIFEST)
     if found is None or not any((folder / PARTS).glob("*.parquet")):
-        return Store(folder, MANIFEST, content)
+        return UnitStore(folder, MANIFEST, content)
     for name in wanted:
         if found.get(name) != wanted[name]:
             theirs, ours = short(found.get(name)), short(wanted[name])
             other = f"another {name}" if theirs == ours else f"{name} {theirs}, and not {ours}"
             raise HydroservoError(f"{folder / MANIFEST}: belongs to a batch with {other}; give another --out")
-    return Store(folder, MANIFEST, content)
+    return UnitStore(folder, MANIFEST, content)
 
 
 def table_of_runs(
@@ -258,7 +258,7 @@ def table_of_runs(
 
 
 def table_on_disk(
-    store: Store, keys: Sequence[str], index: str, rows: int, about: Mapping[str, Any]
+    store: UnitStore, keys: Sequence[str], index: str, rows: int, about: Mapping[str, Any]
 ) -> xr.Dataset:
     """The parts of a store as one table, of which nothing is in memory.
 
@@ -281,7 +281,7 @@ class StoredColumn(BackendArray):
     """A column of a store's parts, as xarray reads what is on disk."""
 
     def __init__(
-        self, store: Store, keys: Sequence[str], name: str, rows: int, kind: "np.dtype[Any]"
+        self, store: UnitStore, keys: Sequence[str], name: str, rows: int, kind: "np.dtype[Any]"
     ) -> None:
         self.store, self.keys, self.name = store, keys, name
         self.shape, self.dtype = (rows,), kind

@@ -11,7 +11,13 @@ from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.field import declared_fields
 from hydroservo.core.validation import number
 from hydroservo.linear.stability import Bounds
-from hydroservo.runs.aims import checked_effort, checked_weights, checked_whole, finite_numbers, metric_field
+from hydroservo.runs.objective import (
+    checked_effort,
+    checked_weights,
+    checked_whole,
+    finite_numbers,
+    metric_field,
+)
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.ranges import both_ends, check_path
 from hydroservo.scenario.scenario_files import named_source

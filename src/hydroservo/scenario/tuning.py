@@ -15,11 +15,11 @@ from hydroservo.linear.first_guess import first_guess
 from hydroservo.linear.margins import NO_SLOPE_ERRORS
 from hydroservo.linear.moving_margins import is_unstable
 from hydroservo.linear.stability import LoopGuard, stability_changes
-from hydroservo.runs.aims import Aim, check_ranges
 from hydroservo.runs.arguments import checked_loops, checked_mapping
 from hydroservo.runs.cautions import warnings_of
+from hydroservo.runs.objective import Aim, check_ranges
 from hydroservo.runs.tuned import Tuned
-from hydroservo.runs.tuning import Progress, searched
+from hydroservo.runs.tuning import SearchProgress, search_gains
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.scenario_files import nest_changes
 from hydroservo.scenario.tuning_task import TuningTask, task_of_aim, task_of_scenarios
@@ -47,7 +47,7 @@ def tune(
     changes: Mapping[str, object] | None = None,
     plugins: Sequence[str | Path] | None = None,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: SearchProgress | None = None,
 ) -> Tuned:
     """Search the numbers that make a metric smallest, of scenarios as ``hydroservo tune`` does or of loops::
 
@@ -58,13 +58,13 @@ def tune(
 
     What no argument says is as the table ``[tune]`` of the first scenario says. Several scenarios stand in
     place of those, and of their weights, in ``[tune]``. The search is that of
-    :func:`hydroservo.runs.tuning.searched`: the same seed gives the same result on any number of threads, and
-    that of the command.
+    :func:`hydroservo.runs.tuning.search_gains`: the same seed gives the same result on any number of
+    threads, and that of the command.
 
     Args:
         aim: what is to be small: one scenario or several, by name or path; or an
-            :class:`~hydroservo.runs.aims.Aim`, which takes nothing of ``metric`` to ``scales``, ``changes``
-            and ``plugins``.
+            :class:`~hydroservo.runs.objective.Aim`, which takes nothing of ``metric`` to ``scales``,
+            ``changes`` and ``plugins``.
         ranges: between what each number of the controller or the sensors is searched, by path, in place of
             all of ``[tune.vary]``: two numbers in SI units, ``hs.relative(low, high)`` around the value in
             the first scenario, or a text as ``--vary`` takes it, such as ``"0.3..30 V s/m"``. For an aim two
@@ -122,7 +122,7 @@ def tune(
 def best_values(
     task: TuningTask,
     threads: int | None,
-    progress: Progress | None,
+    progress: SearchProgress | None,
     interrupted: Callable[[], None] = lambda: None,
 ) -> Tuned:
     """The best values of a task's search, under the names of its loops, and how the loops stand with them."""
@@ -130,7 +130,9 @@ def best_values(
     guard = LoopGuard(task.bounds, task.machines, threads) if task.bounds else None
     aim, ranges = task.aim, task.ranges
     guess = guess_of(task)
-    found = searched(aim, ranges, task.candidates, task.seed, threads, progress, guard, guess, interrupted)
+    found = search_gains(
+        aim, ranges, task.candidates, task.seed, threads, progress, guard, guess, interrupted
+    )
     names = task.names or found.names
     found = found._replace(names=names, aim=aim, ranges=ranges, bounds=task.bounds, typed=task.typed)
     if guard is None:

@@ -11,8 +11,8 @@ from hydroservo.core.block import Block, field_at, leaves
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.formatting import Scale
 from hydroservo.linear.stability import Bounds
-from hydroservo.runs.aims import Aim, checked_aim
 from hydroservo.runs.arguments import checked_loops
+from hydroservo.runs.objective import Aim, checked_aim
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario.load import Assembly, assemble, load_scenario
 from hydroservo.scenario.ranges import Relative, typed_scales
@@ -24,7 +24,7 @@ Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
 
 
 class TuningTask(NamedTuple):
-    """A search as :func:`hydroservo.runs.tuning.searched` takes it, and whose it is.
+    """A search as :func:`hydroservo.runs.tuning.search_gains` takes it, and whose it is.
 
     Attributes:
         scenarios: those that are tuned together, by name or path; none for loops that no scenario names.

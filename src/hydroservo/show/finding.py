@@ -11,8 +11,8 @@ from hydroservo.show.table import Mark, Table
 if TYPE_CHECKING:
     from hydroservo.figures.style import Plot
 
-Writer = Callable[[Path], object]
-NO_FILES: Mapping[str, Writer] = MappingProxyType({})
+FileWriter = Callable[[Path], object]
+NO_FILES: Mapping[str, FileWriter] = MappingProxyType({})
 
 
 class Line(NamedTuple):
@@ -81,7 +81,7 @@ def title_of(what: str, name: str) -> str:
     return f"{what} of {name}" if name else what
 
 
-def logs_of(files: Iterable[Path]) -> list[Log]:
+def logs_in(files: Iterable[Path]) -> list[Log]:
     """The logs in files; one that can be read only once, such as a pipe, has no digest any more."""
     return [
         Log(str(file), hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "")
@@ -110,7 +110,7 @@ class Finding(NamedTuple):
     tables: Sequence[Table]
     pictures: Sequence[Picture]
     numbers: Mapping[str, Any]
-    files: Mapping[str, Writer] = NO_FILES
+    files: Mapping[str, FileWriter] = NO_FILES
     origins: Sequence[Origin] = ()
     logs: Sequence[Log] = ()
 

@@ -53,15 +53,7 @@ def html_row(
     tag: str = "td",
     span: int = 1,
 ) -> str:
-    """A row of a table.
-
-    Args:
-        texts: of its cells.
-        marks: how each stands out.
-        right: which end at the right.
-        tag: th for heads.
-        span: over how many columns each goes.
-    """
+    """A row of a table."""
     wide = f' colspan="{span}"' if span > 1 else ""
     cells = zip_longest(texts, marks, right)
     return f"<tr>{''.join(html_cell(*cell, tag, wide) for cell in cells)}</tr>"

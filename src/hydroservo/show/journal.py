@@ -23,7 +23,7 @@ TEX = ("xelatex", "lualatex", "pdflatex")  # which measure the text of a PGF
 NUMBER = re.compile(rf"[+\-{MINUS}]?\d+\.\d+(?:e[+-]?\d+| {TIMES} 10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?")
 
 
-class Size(StrEnum):
+class FigureWidth(StrEnum):
     """How wide a figure is.
 
     Source: IEEE Author Center, Resolution and Size: one column is 3.5 inch wide, two are 7.16 inch.
@@ -35,7 +35,7 @@ class Size(StrEnum):
     @property
     def width(self) -> float:
         """In inch."""
-        return 3.5 if self is Size.ONE_COLUMN else 7.16
+        return 3.5 if self is FigureWidth.ONE_COLUMN else 7.16
 
 
 class Journal(NamedTuple):
@@ -49,7 +49,7 @@ class Journal(NamedTuple):
     """
 
     formats: Sequence[str] = ()
-    size: Size | None = None
+    size: FigureWidth | None = None
     decimal_comma: bool = False
 
     def csv(self, text: str) -> str:
@@ -57,16 +57,7 @@ class Journal(NamedTuple):
         return decimal_commas(text) if self.decimal_comma else text
 
     def save(self, figure: "Plot", stem: Path, origin: str) -> None:
-        """Write a figure in each format; the figure keeps the size that it then has.
-
-        Args:
-            figure: it.
-            stem: the path without its ending.
-            origin: the hashes of the runs that it shows.
-
-        Raises:
-            HydroservoError: a file cannot be written.
-        """
+        """Write a figure in each format; the figure keeps the size that it then has."""
         for form in self.formats:
             figure.save(stem.with_name(f"{stem.name}.{form}"), width=self.size, origin=origin)
 
@@ -75,16 +66,9 @@ NO_JOURNAL = Journal()
 
 
 def journal_of(
-    formats: str | None, size: Size | None, folder: Path | None, decimal_comma: bool = False
+    formats: str | None, size: FigureWidth | None, folder: Path | None, decimal_comma: bool = False
 ) -> Journal:
-    """What is asked for: nothing, or figures of a size in some formats, SVG and PDF if none is named.
-
-    Args:
-        formats: names with commas between them.
-        size: how wide figures are.
-        folder: where the report goes; None if there is none.
-        decimal_comma: whether CSV has decimal commas.
-    """
+    """What is asked for: nothing, or figures of a size in some formats, SVG and PDF if none is named."""
     if folder is None and (formats is not None or size):
         name, value = ("--figure-size", str(size)) if size else ("--figure-format", formats)
         raise ParameterError(name, value, "is of figures in a folder; add --out DIR")

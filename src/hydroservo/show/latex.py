@@ -40,13 +40,10 @@ def latex_of(table: Table) -> str:
 
     A paper puts ``\input{tables/metrics.tex}`` into its own ``table``, with its own caption; what is best is
     bold. Signs that LaTeX reads as commands are escaped.
-
-    Args:
-        table: its title and note become comments.
     """
     texts = texts_of(table)
     rows = [
-        [marked(in_one_line(text), cell.mark is Mark.BEST) for text, cell in zip(*pair, strict=True)]
+        [latex_bold(in_one_line(text), cell.mark is Mark.BEST) for text, cell in zip(*pair, strict=True)]
         for pair in zip(texts.rows, table.rows, strict=True)
     ]
     about = [LINES.sub(" ", text) for text in (table.title, note_of(table, "Bold:")) if text]
@@ -55,40 +52,36 @@ def latex_of(table: Table) -> str:
         "% needs \\usepackage{booktabs}",
         rf"\begin{{tabular}}{{{''.join('r' if right else 'l' for right in texts.right)}}}",
         r"\toprule",
-        line(list(map(in_one_line, texts.headings))),
+        latex_line(list(map(in_one_line, texts.headings))),
         r"\midrule",
-        *map(line, rows),
+        *map(latex_line, rows),
         r"\bottomrule",
         r"\end{tabular}",
     ]
     return "\n".join(lines) + "\n"
 
 
-def line(texts: list[str]) -> str:
+def latex_line(texts: list[str]) -> str:
     return " & ".join(texts) + r" \\"
 
 
-def marked(text: str, best: bool) -> str:
+def latex_bold(text: str, best: bool) -> str:
     return rf"\textbf{{{text}}}" if best else text
 
 
 def in_one_line(text: str) -> str:
     """Text that LaTeX sets as it stands, in one line."""
-    return escaped(LINES.sub(" ", text.strip()))
+    return latex_escaped(LINES.sub(" ", text.strip()))
 
 
-def escaped(text: str) -> str:
+def latex_escaped(text: str) -> str:
     """Text that LaTeX sets as it stands."""
     return EACH.sub(lambda sign: SPECIAL[sign[0]], text)
 
 
-def label(text: str) -> str:
-    r"""A text of a figure for LaTeX: maths as it is, all else escaped.
-
-    Args:
-        text: as matplotlib has it, where \$ is the sign of a dollar, and ``\mathdefault`` is its own.
-    """
+def latex_label(text: str) -> str:
+    r"""A text of a figure for LaTeX: maths as it is, all else escaped."""
     parts = MATHS.split(text)
-    shown = [escaped(one.replace(r"\$", "$")) for one in parts]
+    shown = [latex_escaped(one.replace(r"\$", "$")) for one in parts]
     shown[1::2] = [one.replace(r"\mathdefault", "") for one in parts[1::2]]
     return "".join(shown)

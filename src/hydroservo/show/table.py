@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeGuard
 from hydroservo.core.command_scale import in_command_unit
 from hydroservo.core.formatting import MINUS, NONE, Scale, brief, scale_of, scales_of, with_label, yes_or_no
 
-Value = str | float | int | bool | None
+CellValue = str | float | int | bool | None
 
 
 class Mark(StrEnum):
@@ -34,7 +34,7 @@ class Cell(NamedTuple):
         mark: how it stands out.
     """
 
-    value: Value = None
+    value: CellValue = None
     unit: str = ""
     mark: Mark | None = None
 
@@ -84,7 +84,7 @@ class Table(NamedTuple):
     typed: Mapping[str, Scale] = MappingProxyType({})
 
 
-class Texts(NamedTuple):
+class TableTexts(NamedTuple):
     """A table as it is read.
 
     Attributes:
@@ -98,14 +98,14 @@ class Texts(NamedTuple):
     rows: list[list[str]]
 
 
-def texts_of(table: Table) -> Texts:
+def texts_of(table: Table) -> TableTexts:
     """A table in the units of datasheets: one for each SI unit of its rows, or of a column."""
     columns = table.columns
     numbers = [
         (column.unit or cell.unit, [cell.value])
         for row in table.rows
         for column, cell in zip(columns, row, strict=True)
-        if is_number(cell.value)
+        if is_numeric(cell.value)
     ]
     scales = scales_of([*numbers, *((one.unit, ()) for one in columns)], table.typed)
     own = [scales[one.unit] if one.unit else None for one in columns]
@@ -122,21 +122,16 @@ def texts_of(table: Table) -> Texts:
                 texts.append(scales[unit].label)
             elif scale:
                 texts.append(text_of(cell.value, scale, column.digits))
-            elif UNIT in columns and cell.unit == unit and is_number(cell.value):
+            elif UNIT in columns and cell.unit == unit and is_numeric(cell.value):
                 texts.append(text_of(cell.value, scales[unit], column.digits))
             else:
-                texts.append(with_unit(cell, column.digits))
+                texts.append(text_with_unit(cell, column.digits))
         rows.append(texts)
-    return Texts(headings, [ends_right(table, j) for j in range(len(columns))], rows)
+    return TableTexts(headings, [ends_right(table, j) for j in range(len(columns))], rows)
 
 
 def note_of(table: Table, sign: str) -> str:
-    """What stands beneath a table.
-
-    Args:
-        table: it.
-        sign: how cells that are best look, such as "Bold:".
-    """
+    """What stands beneath a table."""
     best = any(cell.mark is Mark.BEST for row in table.rows for cell in row)
     return " ".join(
         filter(None, [f"{sign} the best {table.best}".rstrip() + "." if best else "", table.note])
@@ -147,18 +142,18 @@ def unit_of_row(table: Table, row: Sequence[Cell]) -> str:
     """The SI unit that the column ``UNIT`` says of a row: the first that a number in it has."""
     if UNIT not in table.columns:
         return ""
-    return next((cell.unit for cell in row if cell.unit and is_number(cell.value)), "")
+    return next((cell.unit for cell in row if cell.unit and is_numeric(cell.value)), "")
 
 
-def is_number(value: Value) -> TypeGuard[int | float]:
+def is_numeric(value: CellValue) -> TypeGuard[int | float]:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def ends_right(table: Table, j: int) -> bool:
-    return table.columns[j].right or any(is_number(row[j].value) for row in table.rows)
+    return table.columns[j].right or any(is_numeric(row[j].value) for row in table.rows)
 
 
-def text_of(value: Value, scale: Scale, digits: int) -> str:
+def text_of(value: CellValue, scale: Scale, digits: int) -> str:
     """A value as it is read in a unit."""
     if value is None:
         return ""
@@ -171,9 +166,9 @@ def text_of(value: Value, scale: Scale, digits: int) -> str:
     return NONE if math.isnan(value) else brief(scale.of(value), digits)
 
 
-def with_unit(cell: Cell, digits: int) -> str:
+def text_with_unit(cell: Cell, digits: int) -> str:
     """A value with its unit behind it."""
-    if not is_number(cell.value) or math.isnan(cell.value):
+    if not is_numeric(cell.value) or math.isnan(cell.value):
         return text_of(cell.value, Scale("", 1.0), digits)
     scale = scale_of([cell.value], cell.unit)
     return with_label(text_of(cell.value, scale, digits), scale.label)
@@ -194,7 +189,7 @@ def csv_of(table: Table) -> str:
     for row in table.rows:
         unit = unit_of_row(table, row)
         writer.writerow(
-            in_command_unit(unit)[0] if column == UNIT else exact(cell, own, unit)
+            in_command_unit(unit)[0] if column == UNIT else exact_text(cell, own, unit)
             for column, own, cell in zip(table.columns, units, row, strict=True)
         )
     return text.getvalue()
@@ -202,16 +197,16 @@ def csv_of(table: Table) -> str:
 
 def shared_unit(table: Table, j: int) -> str:
     """The unit of all numbers of a column, where no column ``UNIT`` says it."""
-    units = {row[j].unit for row in table.rows if is_number(value := row[j].value) and not math.isnan(value)}
+    units = {row[j].unit for row in table.rows if is_numeric(value := row[j].value) and not math.isnan(value)}
     return units.pop() if len(units) == 1 and UNIT not in table.columns else ""
 
 
-def exact(cell: Cell, own: str, of_row: str) -> str:
+def exact_text(cell: Cell, own: str, of_row: str) -> str:
     """A value with all digits, and its unit where neither its column nor its row has that."""
     value = cell.value
     if isinstance(value, bool):
         return str(int(value))
-    if not is_number(value) or math.isnan(value):
+    if not is_numeric(value) or math.isnan(value):
         return value if isinstance(value, str) else ""
     unit, factor = in_command_unit(cell.unit or own)
     number = int(value) if isinstance(value, Integral) and factor == 1.0 else factor * float(value)

@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table as TerminalTable
 
 from hydroservo.show.finding import Finding, Line
-from hydroservo.show.table import Mark, Table, Texts, note_of, texts_of
+from hydroservo.show.table import Mark, Table, TableTexts, note_of, texts_of
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -34,12 +34,7 @@ def console_of(width: int = 0) -> Console:
 
 
 def show(*things: "RenderableType", whole: bool = False) -> None:
-    """Print to stdout, in colour if that is a terminal.
-
-    Args:
-        things: each from a new line on.
-        whole: whether a line stays one, however long it is.
-    """
+    """Print to stdout, in colour if that is a terminal."""
     console = console_of()
     for thing in things:
         console.print(thing, soft_wrap=whole)
@@ -54,12 +49,12 @@ def show_table(table: Table, *, titled: bool = True) -> None:
     console.print(terminal_table(table, console.width, titled=titled))
 
 
-def width_of(texts: Texts) -> int:
+def width_of(texts: TableTexts) -> int:
     """The characters of a line of a table in which no number and no short text is broken."""
     return sum(size + 3 for size in sizes_of(texts)) + 1
 
 
-def sizes_of(texts: Texts) -> list[int]:
+def sizes_of(texts: TableTexts) -> list[int]:
     """The least width of each column."""
     cells = [max(map(len, column), default=0) for column in zip(*texts.rows, strict=True)]
     words = [max(map(len, heading.split()), default=0) for heading in texts.headings]
@@ -79,21 +74,15 @@ def show_finding(finding: Finding) -> None:
 
 def terminal_line(line: Line) -> str:
     """A line with the colour of its mark."""
-    return coloured(line.lead, line.mark) + escape(f"{line.rest} {line.command}".rstrip())
+    return marked_up(line.lead, line.mark) + escape(f"{line.rest} {line.command}".rstrip())
 
 
-def coloured(text: str, mark: Mark | None) -> str:
+def marked_up(text: str, mark: Mark | None) -> str:
     return f"[{STYLES[mark]}]{escape(text)}[/]" if mark and text else escape(text)
 
 
 def terminal_table(table: Table, width: int, *, titled: bool = True) -> TerminalTable:
-    """A table; what is best has a star too, for terminals without colours.
-
-    Args:
-        table: what is shown.
-        width: characters of a line, beyond which headings are broken.
-        titled: whether its title stands above it.
-    """
+    """A table; what is best has a star too, for terminals without colours."""
     texts = texts_of(table)
     title = escape(table.title) if titled and table.title else None
     note = note_of(table, "*")
@@ -113,7 +102,7 @@ def terminal_table(table: Table, width: int, *, titled: bool = True) -> Terminal
     for row, cells in zip(texts.rows, table.rows, strict=True):
         shown.add_row(
             *(
-                coloured(f"{text} *" if cell.mark is Mark.BEST else f"{text}  " if star else text, cell.mark)
+                marked_up(f"{text} *" if cell.mark is Mark.BEST else f"{text}  " if star else text, cell.mark)
                 for text, cell, star in zip(row, cells, starred, strict=True)
             )
         )

@@ -8,19 +8,25 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydroservo.studies.fronts import ratio_of
-from hydroservo.studies.pairs import Pair, Ratio, pairs_of, ratio_between, rivals_of
+from hydroservo.studies.law_pairs import ErrorRatio, LawPair, pairs_of, ratio_between, rivals_of
+from hydroservo.studies.law_standing import (
+    CellLimit,
+    LawStanding,
+    cell_limit,
+    known_geometric_mean,
+    law_standing,
+)
 from hydroservo.studies.properties import Properties
-from hydroservo.studies.standing import CellLimit, Standing, geometric_mean, limit_of, standing_of
 from hydroservo.studies.trials import Rules, Trials, trials_of_cell
 
 if TYPE_CHECKING:
     import pandas as pd
 
 CLASSES = ("V", "VP", "VPX")  # velocity or position; with the load pressure; with the spool's place too
-Laws = Mapping[str, Mapping[str, Any]]
+ManifestLaws = Mapping[str, Mapping[str, Any]]
 
 
-def survived(runs: "pd.DataFrame") -> float:
+def survived_scale(runs: "pd.DataFrame") -> float:
     """The largest scale of uncertainty at and below which no run was lost.
 
     Returns:
@@ -36,7 +42,7 @@ def survived(runs: "pd.DataFrame") -> float:
     return float(lost.index[steps - 1]) if steps else 0.0
 
 
-class Best(NamedTuple):
+class BestLaw(NamedTuple):
     """The best law of a cell.
 
     Attributes:
@@ -59,12 +65,12 @@ class Best(NamedTuple):
     margin_high: float
 
 
-NONE = Best("", [], [], "none", "", float("nan"), 0.0, float("inf"))
+NONE = BestLaw("", [], [], "none", "", float("nan"), 0.0, float("inf"))
 
 
-def best_of(
-    standings: Mapping[str, Standing], pairs: list[Pair], families: Mapping[str, str], rules: Rules
-) -> Best:
+def best_law(
+    standings: Mapping[str, LawStanding], pairs: list[LawPair], families: Mapping[str, str], rules: Rules
+) -> BestLaw:
     """The best law among those that do not lose too many runs."""
     running = [law for law in sorted(standings) if standings[law].lost.value <= rules.most_lost]
     if not running:
@@ -77,7 +83,7 @@ def best_of(
     others = [one for one in running if families[one] != families[law]]
     following = min(others, key=lambda one: standings[one].error, default="")
     margin = ratio_between(pairs, following, law) if following else NONE[-3:]
-    return Best(law, ties, tied, "tie" if len(tied) > 1 else "won", following, *margin)
+    return BestLaw(law, ties, tied, "tie" if len(tied) > 1 else "won", following, *margin)
 
 
 class Area(NamedTuple):
@@ -96,7 +102,7 @@ class Area(NamedTuple):
     largest: float
 
 
-def regrets(standings: Mapping[str, Standing], pairs: list[Pair], rules: Rules) -> dict[str, float]:
+def regrets(standings: Mapping[str, LawStanding], pairs: list[LawPair], rules: Rules) -> dict[str, float]:
     """The regret of each law of a cell: its error over the least one of the cell, over the same conditions.
 
     Infinite of a law that loses too many runs, nan of all where each does. A law with less error than others
@@ -112,7 +118,7 @@ def regrets(standings: Mapping[str, Standing], pairs: list[Pair], rules: Rules) 
     return {law: ratio_between(pairs, law, least)[0] if law in running else math.inf for law in standings}
 
 
-def areas(regret: Mapping[str, Mapping[str, float]], rules: Rules) -> dict[str, Area]:
+def law_areas(regret: Mapping[str, Mapping[str, float]], rules: Rules) -> dict[str, Area]:
     """How much of the map each law is near the best in."""
     laws = sorted({law for cell in regret.values() for law in cell})
     cells = [cell for cell in regret.values() if not all(map(math.isnan, cell.values()))]
@@ -144,15 +150,15 @@ class Price(NamedTuple):
     high: float
 
 
-def ranks(pairs: list[Pair], classes: Mapping[str, str]) -> dict[str, int]:
+def sensor_ranks(pairs: list[LawPair], classes: Mapping[str, str]) -> dict[str, int]:
     """The rank of each law among those with the same sensors: 1, and 1 more for each that beats it."""
     return {
         law: 1 + sum(classes[one] == own for one in rivals_of(pairs, law)[0]) for law, own in classes.items()
     }
 
 
-def prices(
-    standings: Mapping[str, Standing], pairs: list[Pair], classes: Mapping[str, str], rules: Rules
+def sensor_prices(
+    standings: Mapping[str, LawStanding], pairs: list[LawPair], classes: Mapping[str, str], rules: Rules
 ) -> list[Price]:
     """The prices between classes of sensors that follow one another, where both have a law that stays.
 
@@ -161,7 +167,7 @@ def prices(
     best = {}
     for one in CLASSES:
         own = {law: standing for law, standing in standings.items() if classes[law] == one}
-        law = best_of(own, pairs, dict.fromkeys(own, one), rules).law
+        law = best_law(own, pairs, dict.fromkeys(own, one), rules).law
         if law:
             best[one] = law
     found = []
@@ -187,10 +193,10 @@ class CellVerdict(NamedTuple):
         properties: the margins of each law and its price on the target; empty where nobody computed them.
     """
 
-    best: Best
-    standings: dict[str, Standing]
-    pairs: list[Pair]
-    to_own: dict[str, Ratio]
+    best: BestLaw
+    standings: dict[str, LawStanding]
+    pairs: list[LawPair]
+    to_own: dict[str, ErrorRatio]
     kinds: dict[str, list[float]]
     regret: dict[str, float]
     ranks: dict[str, int]
@@ -199,46 +205,52 @@ class CellVerdict(NamedTuple):
     properties: Mapping[str, Properties]
 
 
+class Comparison(NamedTuple):
+    """What the laws of a study are compared by.
+
+    Attributes:
+        laws: those of the study's manifest.
+        kinds: how many kinds of conditions take turns.
+        rules: of the comparison.
+        limits: of the conditions of all cells.
+    """
+
+    laws: ManifestLaws
+    kinds: int
+    rules: Rules
+    limits: "pd.DataFrame"
+
+
 def cell_verdict(
     tests: "pd.DataFrame",
     stress: "pd.DataFrame",
     base: Trials,
-    laws: Laws,
-    kinds: int,
-    rules: Rules,
-    limits: "pd.DataFrame",
+    by: Comparison,
     properties: Mapping[str, Properties],
 ) -> tuple[CellVerdict, dict[str, Trials]]:
     """What a study says of one cell at one level, and the runs that it says it of.
 
-    Args:
-        tests, stress: the runs there with the gains that validation chose.
-        base: those of the reference at its own activity.
-        laws: those of the study's manifest.
-        kinds: how many kinds of conditions take turns.
-        rules: of the comparison.
-        limits: of the cell's conditions.
-        properties: of the laws, by name.
-
-    Raises:
-        HydroservoError: the laws' runs cannot be paired.
+    ``tests`` and ``stress`` are the runs there with the gains that validation chose, ``base`` those of the
+    reference at its own activity.
     """
+    laws, kinds, rules, limits = by
     trials = trials_of_cell(tests)
     standings = {
-        law: standing_of(one, survived(stress[stress["law"] == law]), rules) for law, one in trials.items()
+        law: law_standing(one, survived_scale(stress[stress["law"] == law]), rules)
+        for law, one in trials.items()
     }
     pairs = pairs_of(trials, rules)
     classes = {law: str(laws[law]["class"]) for law in trials}
     found = CellVerdict(
-        best=best_of(standings, pairs, {law: str(laws[law]["family"]) for law in trials}, rules),
+        best=best_law(standings, pairs, {law: str(laws[law]["family"]) for law in trials}, rules),
         standings=standings,
         pairs=pairs,
         to_own={law: ratio_of(one, base, rules) for law, one in trials.items()},
         kinds={law: kind_ratios(one, base, kinds) for law, one in trials.items()},
         regret=regrets(standings, pairs, rules),
-        ranks=ranks(pairs, classes),
-        prices=prices(standings, pairs, classes, rules),
-        limit=limit_of(trials, limits, rules.confidence),
+        ranks=sensor_ranks(pairs, classes),
+        prices=sensor_prices(standings, pairs, classes, rules),
+        limit=cell_limit(trials, limits, rules.confidence),
         properties=properties,
     )
     return found, trials
@@ -247,4 +259,4 @@ def cell_verdict(
 def kind_ratios(trials: Trials, base: Trials, kinds: int) -> list[float]:
     """The error over another under each kind of conditions, where neither run was lost; nan for none."""
     ratios, kind = trials.error / base.error, trials.conditions % kinds
-    return [geometric_mean(ratios[kind == k]) for k in range(kinds)]
+    return [known_geometric_mean(ratios[kind == k]) for k in range(kinds)]

@@ -18,33 +18,39 @@ from hydroservo.core.nearest import one_of
 from hydroservo.limits.command import CommandLimits, command_limits, loosest_limits
 from hydroservo.limits.least_error import check_limited, machine_limits, without_law
 from hydroservo.runs.columns import SEED
-from hydroservo.runs.provenance import describe, scenario_text
-from hydroservo.studies.asked import Law, Level, Study
-from hydroservo.studies.contenders import Contender, contender
-from hydroservo.studies.judging import Drawn, Group, Task, command_range, conditions_of
+from hydroservo.runs.provenance import block_tables, canonical_toml
+from hydroservo.studies.conditions import (
+    ConditionGroup,
+    DrawnConditions,
+    SearchTask,
+    command_range,
+    draw_conditions,
+)
+from hydroservo.studies.law_standing import OF_LIMITS
+from hydroservo.studies.laws import TunableLaw, tunable_law
 from hydroservo.studies.search import search_table
-from hydroservo.studies.standing import OF_LIMITS
-from hydroservo.work.unit import Unit, address
+from hydroservo.studies.spec import AxisLevel, LawSpec, StudySpec
+from hydroservo.work.unit import WorkUnit, unit_address
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
 
-    from hydroservo.work.store import Store
+    from hydroservo.work.store import UnitStore
 
 SLACK = 1.25  # beyond the first and the last level, that a search goes
 METRIC = "rms_error"  # the one that limits are of
 DIGITS = 6  # that are kept: a search knows no more, and processors differ in those after
 
 
-class Cell(NamedTuple):
+class MapCell(NamedTuple):
     """A combination of levels, one of each axis."""
 
     name: str
-    levels: Sequence[Level]
+    levels: Sequence[AxisLevel]
 
 
-class Entrant(NamedTuple):
+class LawInCell(NamedTuple):
     """A law in a cell, ready to be searched.
 
     Attributes:
@@ -54,16 +60,16 @@ class Entrant(NamedTuple):
         drawn: the conditions, by split and by kind.
     """
 
-    law: Law
-    cell: Cell
-    contender: Contender
-    drawn: Mapping[str, Mapping[str, Drawn]]
+    law: LawSpec
+    cell: MapCell
+    contender: TunableLaw
+    drawn: Mapping[str, Mapping[str, DrawnConditions]]
 
 
-def cells_of(study: Study) -> list[Cell]:
+def map_cells(study: StudySpec) -> list[MapCell]:
     """The cells of a map, its last axis running fastest; one cell named all where there are no axes."""
     levels = product(*(axis.levels for axis in study.axes))
-    cells = [Cell("-".join(level.name for level in one) or "all", one) for one in levels]
+    cells = [MapCell("-".join(level.name for level in one) or "all", one) for one in levels]
     names = [cell.name for cell in cells]
     for name in names:
         if names.count(name) > 1:
@@ -71,19 +77,19 @@ def cells_of(study: Study) -> list[Cell]:
     return cells
 
 
-def entrants_of(study: Study) -> Iterator[Entrant]:
+def laws_in_cells(study: StudySpec) -> Iterator[LawInCell]:
     """Each law in each cell."""
-    for cell in cells_of(study):
-        laws = [(law, fitting(study, law, cell)) for law in study.laws.values()]
-        drawn = conditions_of(study, cell.levels, laws[0][1].assemblies)
+    for cell in map_cells(study):
+        laws = [(law, comparable_law(study, law, cell)) for law in study.laws.values()]
+        drawn = draw_conditions(study, cell.levels, laws[0][1].assemblies)
         for law, one in laws:
-            yield Entrant(law, cell, one, drawn)
+            yield LawInCell(law, cell, one, drawn)
 
 
-def fitting(study: Study, law: Law, cell: Cell) -> Contender:
+def comparable_law(study: StudySpec, law: LawSpec, cell: MapCell) -> TunableLaw:
     """A law in a cell, its loops as a study can hold them against others."""
     try:
-        found = contender(study, law, cell.levels)
+        found = tunable_law(study, law, cell.levels)
     except ParameterError as error:
         raise ScenarioError(study.origin.name, f"laws.{law.name}", str(error)) from None
     for one in found.assemblies.values():
@@ -102,18 +108,12 @@ def fitting(study: Study, law: Law, cell: Cell) -> Contender:
     return found
 
 
-def units_of(study: Study, entrant: Entrant, activity: float | None) -> Iterator[Unit]:
-    """The searches of a law in a cell.
-
-    Args:
-        study: the study.
-        entrant: the law there.
-        activity: of the reference there, of the training conditions; None for the reference.
-    """
+def search_units(study: StudySpec, entrant: LawInCell, activity: float | None) -> Iterator[WorkUnit]:
+    """The searches of a law in a cell."""
     groups = [
-        Group(
+        ConditionGroup(
             one.loop,
-            coarse(one.loop, study.search.step),
+            with_search_steps(one.loop, study.search.step),
             {split: own[kind] for split, own in entrant.drawn.items() if kind in own},
         )
         for kind, one in entrant.contender.assemblies.items()
@@ -124,21 +124,21 @@ def units_of(study: Study, entrant: Entrant, activity: float | None) -> Iterator
     window = None
     if activity is not None:
         window = math.log(calmest * activity), math.log(liveliest * activity)
-    about = [about_group(group) for group in groups]
+    about = [group_identity(group) for group in groups]
     for seed in range(search.seeds):
         asked = (law, cell, seed, study.metric, search.candidates, search.widen, calmest, window)
-        task = Task(*asked, ranges, groups)
-        key = address(
+        task = SearchTask(*asked, ranges, groups)
+        key = unit_address(
             {
                 "task": list(asked),
                 "ranges": {path: list(ends) for path, ends in ranges.items()},
                 "groups": about,
             }
         )
-        yield Unit(key, partial(search_table, task), f"{law} in {cell}, search {seed}")
+        yield WorkUnit(key, partial(search_table, task), f"{law} in {cell}, search {seed}")
 
 
-def coarse(loop: Loop, step: float | None) -> Loop:
+def with_search_steps(loop: Loop, step: float | None) -> Loop:
     """A loop with integration steps as long as they may be [s], and no shorter ones than it has."""
     simulation = loop.simulation
     if step is None or isinstance(simulation.substeps, str):
@@ -147,18 +147,18 @@ def coarse(loop: Loop, step: float | None) -> Loop:
     return loop._replace(simulation=simulation._replace(substeps=min(few, simulation.substeps)))
 
 
-def about_group(group: Group) -> dict[str, Any]:
+def group_identity(group: ConditionGroup) -> dict[str, Any]:
     """What a group is, as text."""
-    judges = describe(group.loop.metrics)
+    judges = block_tables(group.loop.metrics)
     return {
-        "loop": scenario_text(group.loop),
+        "loop": canonical_toml(group.loop),
         "substeps": group.coarse.simulation.substeps,
         "judges": json.dumps(judges),
-        "drawn": {split: about_drawn(one) for split, one in group.drawn.items()},
+        "drawn": {split: conditions_digest(one) for split, one in group.drawn.items()},
     }
 
 
-def about_drawn(drawn: Drawn) -> str:
+def conditions_digest(drawn: DrawnConditions) -> str:
     """A digest of the bits of conditions."""
     digest = hashlib.sha256()
     arrays = {"numbers": drawn.numbers, "scales": drawn.scales, **dict(sorted(drawn.columns.items()))}
@@ -168,15 +168,15 @@ def about_drawn(drawn: Drawn) -> str:
     return digest.hexdigest()
 
 
-class Limited(NamedTuple):
+class LimitedCondition(NamedTuple):
     """A test condition of a cell, and the unit that seeks its limits."""
 
     cell: str
     condition: int
-    unit: Unit
+    unit: WorkUnit
 
 
-def limited(study: Study, entrants: Sequence[Entrant]) -> list[Limited]:
+def limited_conditions(study: StudySpec, entrants: Sequence[LawInCell]) -> list[LimitedCondition]:
     """The first test conditions of each cell, as many as a study asks limits of.
 
     Cells that differ in sensors alone have the same limits, and the same units.
@@ -186,28 +186,27 @@ def limited(study: Study, entrants: Sequence[Entrant]) -> list[Limited]:
     if study.metric != METRIC:
         problem = f"is for the metric {METRIC}, and this study's is {study.metric}"
         raise ScenarioError(study.origin.name, "limits", problem)
-    return [one for _, own in groupby(entrants, cell_name) for one in in_cell(study, list(own))]
+    by_cell = groupby(entrants, lambda entrant: entrant.cell.name)
+    return [one for _, own in by_cell for one in limited_in_cell(study, list(own))]
 
 
-def cell_name(entrant: Entrant) -> str:
-    return entrant.cell.name
-
-
-def in_cell(study: Study, entrants: Sequence[Entrant]) -> Iterator[Limited]:
+def limited_in_cell(study: StudySpec, entrants: Sequence[LawInCell]) -> Iterator[LimitedCondition]:
     """The limited conditions of a cell, in which all of its laws are."""
     cell = entrants[0].cell.name
-    command = loosest_limits([one for entrant in entrants for one in commands(study, entrant)])
-    loops = loops_under(entrants[0], study.limits)
+    command = loosest_limits([one for entrant in entrants for one in law_command_limits(study, entrant)])
+    loops = loops_under_conditions(entrants[0], study.limits)
     try:
         check_limited(loops[0])
     except ParameterError as error:
         raise ScenarioError(study.origin.name, "limits", f"cannot be sought in {cell}: {error}") from None
     for number, loop in sorted(loops.items()):
-        key = address({"limit": scenario_text(loop), "command": repr(command)})
-        yield Limited(cell, number, Unit(key, partial(found_by, loop, command), f"limit {number} of {cell}"))
+        key = unit_address({"limit": canonical_toml(loop), "command": repr(command)})
+        yield LimitedCondition(
+            cell, number, WorkUnit(key, partial(limit_row, loop, command), f"limit {number} of {cell}")
+        )
 
 
-def commands(study: Study, entrant: Entrant) -> Iterator[CommandLimits]:
+def law_command_limits(study: StudySpec, entrant: LawInCell) -> Iterator[CommandLimits]:
     """What limits the command of a law, with each kind of condition."""
     key = f"laws.{entrant.law.name}"
     for one in entrant.contender.assemblies.values():
@@ -222,7 +221,7 @@ def commands(study: Study, entrant: Entrant) -> Iterator[CommandLimits]:
         yield found
 
 
-def loops_under(entrant: Entrant, count: int) -> dict[int, Loop]:
+def loops_under_conditions(entrant: LawInCell, count: int) -> dict[int, Loop]:
     """The loop of a cell under each of the first test conditions, without the law."""
     found = {}
     for kind, drawn in entrant.drawn["test"].items():
@@ -233,20 +232,20 @@ def loops_under(entrant: Entrant, count: int) -> dict[int, Loop]:
     return found
 
 
-def found_by(loop: Loop, command: CommandLimits) -> "pa.Table":
+def limit_row(loop: Loop, command: CommandLimits) -> "pa.Table":
     """The row of one condition."""
     import pyarrow as pa
 
     found = machine_limits(loop, command)
-    errors = {name: [rounded(getattr(found, name))] for name in ("clairvoyant", "causal")}
+    errors = {name: [round_to(getattr(found, name))] for name in ("clairvoyant", "causal")}
     return pa.table({**errors, "converged": [found.converged]})
 
 
-def rounded(value: float) -> float:
+def round_to(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def table_of_limits(found: Sequence[Limited], store: "Store") -> "pd.DataFrame":
+def table_of_limits(found: Sequence[LimitedCondition], store: "UnitStore") -> "pd.DataFrame":
     """A row for each condition whose limits are done."""
     import pandas as pd
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.studies.pairs import Ratio
+from hydroservo.studies.law_pairs import ErrorRatio
 from hydroservo.studies.trials import Rules, Trials
 
 FACTORS = ("family", "observer", "wrapper")
@@ -16,7 +16,7 @@ Numbers = NDArray[np.float64]
 Levels = Mapping[str, Mapping[str, str]]  # of each factor, by law
 
 
-class Means(NamedTuple):
+class CellMeans(NamedTuple):
     """The mean logarithm of the errors of the laws in one cell.
 
     Attributes:
@@ -28,36 +28,34 @@ class Means(NamedTuple):
     values: Numbers
 
 
-def means_of(
+def cell_means(
     trials: Mapping[str, Mapping[str, Trials]], laws: Mapping[str, Mapping[str, str]], rules: Rules
-) -> dict[str, Means]:
+) -> dict[str, CellMeans]:
     """The mean logarithms of the errors of the laws that lack nothing and do not lose too many runs.
 
     Only cells with two such laws or more have them, and none where no factor has two levels.
     """
     whole = {name for name, own in laws.items() if not own["without"]}
-    found: dict[str, Means] = {}
+    found: dict[str, CellMeans] = {}
     if all(len({laws[law][factor] for law in whole}) < 2 for factor in FACTORS):
         return found
     for cell, own in trials.items():
         running = [law for law in own if law in whole and own[law].lost.mean() <= rules.most_lost]
         if len(running) > 1:
-            drawn = weights(own[running[0]].conditions.size, rules, cell)
-            found[cell] = Means(running, np.stack([values_of(own[law], drawn) for law in running], axis=1))
+            drawn = bootstrap_weights(own[running[0]].conditions.size, rules, cell)
+            found[cell] = CellMeans(
+                running, np.stack([mean_draws(own[law], drawn) for law in running], axis=1)
+            )
     return found
 
 
-def values_of(trials: Trials, drawn: Numbers) -> Numbers:
+def mean_draws(trials: Trials, drawn: Numbers) -> Numbers:
     """The mean logarithm of a law's errors, and after it the draws of it."""
     return np.concatenate(([np.nanmean(trials.logs())], drawn_mean(trials, drawn)))
 
 
 def drawn_mean(trials: Trials, drawn: Numbers) -> Numbers:
     """The mean logarithm of a law's errors, over draws of the conditions.
-
-    Args:
-        trials: the law's test runs; lost ones do not count.
-        drawn: how often each condition is drawn, of shape (resamples, conditions): :func:`weights`.
 
     Returns:
         A number a draw; nan where none of the drawn runs counts, and everywhere with one condition.
@@ -68,15 +66,10 @@ def drawn_mean(trials: Trials, drawn: Numbers) -> Numbers:
     return found
 
 
-def weights(units: int, rules: Rules, *names: str) -> Numbers:
+def bootstrap_weights(units: int, rules: Rules, *names: str) -> Numbers:
     """How often each unit is drawn, by numbers that are functions of the seed and of names.
 
     There is one draw less than there are units, so that few of them spread as much as they should.
-
-    Args:
-        units: how many there are.
-        rules: how many times they are drawn, and the seed.
-        names: of what they are units of.
 
     Returns:
         Shape (resamples, units); nan of a single unit.
@@ -95,7 +88,7 @@ def weights(units: int, rules: Rules, *names: str) -> Numbers:
     return counts.reshape(rules.resamples, units).astype(np.float64)
 
 
-class Effect(NamedTuple):
+class FactorEffect(NamedTuple):
     """What one factor does.
 
     Attributes:
@@ -108,10 +101,12 @@ class Effect(NamedTuple):
     share: float
     low: float
     high: float
-    levels: dict[str, Ratio]
+    levels: dict[str, ErrorRatio]
 
 
-def effects(means: Mapping[str, Means], levels: Levels, confidence: float) -> dict[str, Effect]:
+def factor_effects(
+    means: Mapping[str, CellMeans], levels: Levels, confidence: float
+) -> dict[str, FactorEffect]:
     """What each factor does that has more than one level.
 
     Shares are sums of squares of the second type: what is explained with the factor less what is explained
@@ -126,14 +121,14 @@ def effects(means: Mapping[str, Means], levels: Levels, confidence: float) -> di
     varied = [name for name in FACTORS if len({levels[law][name] for law in used}) > 1]
     found = {}
     for name in varied:
-        share = interval_of(shares(means, levels, varied, name), confidence)
+        share = draws_interval(factor_shares(means, levels, varied, name), confidence)
         own = sorted({levels[law][name] for law in used})
-        ratios = {level: of_level(means, levels, name, level, confidence) for level in own}
-        found[name] = Effect(*share, levels=ratios)
+        ratios = {level: level_ratio(means, levels, name, level, confidence) for level in own}
+        found[name] = FactorEffect(*share, levels=ratios)
     return found
 
 
-def interval_of(values: Numbers, confidence: float) -> tuple[float, float, float]:
+def draws_interval(values: Numbers, confidence: float) -> tuple[float, float, float]:
     """An estimate and its interval, from the estimate and the draws of it after one another."""
     value, draws = float(values[0]), values[1:]
     draws = draws[~np.isnan(draws)]
@@ -143,7 +138,9 @@ def interval_of(values: Numbers, confidence: float) -> tuple[float, float, float
     return value, float(low), float(high)
 
 
-def shares(means: Mapping[str, Means], levels: Levels, varied: Sequence[str], name: str) -> Numbers:
+def factor_shares(
+    means: Mapping[str, CellMeans], levels: Levels, varied: Sequence[str], name: str
+) -> Numbers:
     """The share of one factor, with its draws."""
     explained: Numbers = np.zeros(1)
     whole: Numbers = np.zeros(1)
@@ -170,20 +167,22 @@ def projection(laws: Sequence[str], levels: Levels, names: Sequence[str]) -> Num
     return found
 
 
-def of_level(means: Mapping[str, Means], levels: Levels, name: str, level: str, confidence: float) -> Ratio:
+def level_ratio(
+    means: Mapping[str, CellMeans], levels: Levels, name: str, level: str, confidence: float
+) -> ErrorRatio:
     """The error with one level of a factor over the mean of those of laws that are otherwise alike."""
     gaps = []
     for one in means.values():
         for i, law in enumerate(one.laws):
-            alike = [j for j, other in enumerate(one.laws) if same_but(levels[law], levels[other], name)]
+            alike = [j for j, other in enumerate(one.laws) if is_alike_but(levels[law], levels[other], name)]
             if levels[law][name] == level and len(alike) > 1:
                 gaps.append(one.values[:, i] - one.values[:, alike].mean(axis=1))
     if not gaps:
-        return Ratio(np.nan, np.nan, np.nan)
-    value, low, high = np.exp(interval_of(np.median(gaps, axis=0), confidence))
-    return Ratio(float(value), float(low), float(high))
+        return ErrorRatio(np.nan, np.nan, np.nan)
+    value, low, high = np.exp(draws_interval(np.median(gaps, axis=0), confidence))
+    return ErrorRatio(float(value), float(low), float(high))
 
 
-def same_but(one: Mapping[str, str], other: Mapping[str, str], name: str) -> bool:
+def is_alike_but(one: Mapping[str, str], other: Mapping[str, str], name: str) -> bool:
     """Whether two laws have the same level of each factor but one."""
     return all(one[factor] == other[factor] for factor in FACTORS if factor != name)

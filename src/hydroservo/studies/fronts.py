@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydroservo.core.errors import HydroservoError
-from hydroservo.studies.pairs import Ratio
+from hydroservo.studies.law_pairs import ErrorRatio
+from hydroservo.studies.law_standing import known_geometric_mean
 from hydroservo.studies.pareto import on_front
-from hydroservo.studies.standing import geometric_mean
-from hydroservo.studies.trials import GAINS, Rules, Trials, exponentials, mean, trials_of
+from hydroservo.studies.trials import GAINS, Rules, Trials, exponentials, mean_estimate, trials_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -18,12 +18,8 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9  # of an activity
 
 
-def points_of(runs: "pd.DataFrame", split: str) -> "pd.DataFrame":
+def front_points(runs: "pd.DataFrame", split: str) -> "pd.DataFrame":
     """The points of all fronts under the conditions of a split: their means over the runs not lost.
-
-    Args:
-        runs: what :func:`~hydroservo.studies.trials.judged_columns` gives.
-        split: such as ``validation``.
 
     Returns:
         The columns of ``GAINS``, ``lost`` (runs), ``error`` [SI] and ``activity`` [%/s], geometric means.
@@ -68,7 +64,7 @@ def choose_gains(
     """
     import pandas as pd
 
-    points = points_of(runs, "validation")
+    points = front_points(runs, "validation")
     own = points["cell"].astype(str).map(activities_of(points, reference, rules))
     ordered = points.assign(multiple=points["activity"] / own).sort_values(
         ["law", "cell", "lost", "error", "activity", *GAINS[2:]]
@@ -104,7 +100,7 @@ class FrontPoint(NamedTuple):
     error: float
     error_low: float
     error_high: float
-    ratio: Ratio
+    ratio: ErrorRatio
     level: float
 
 
@@ -139,26 +135,26 @@ def fronts_of(
         law, cell = str(rows["law"].iloc[0]), str(rows["cell"].iloc[0])
         trials = trials_of(rows)
         if not trials.lost.any():
-            own = point(trials, bases[cell], levels.get(name, math.nan), rules)
+            own = front_point(trials, bases[cell], levels.get(name, math.nan), rules)
             found[cell, law].points.append(own)
     cells: dict[str, dict[str, LawFront]] = {}
     for (cell, law), front in sorted(found.items()):
-        cells.setdefault(cell, {})[law] = front._replace(points=members(front.points))
+        cells.setdefault(cell, {})[law] = front._replace(points=kept_points(front.points))
     return cells
 
 
-def point(trials: Trials, base: Trials, level: float, rules: Rules) -> FrontPoint:
+def front_point(trials: Trials, base: Trials, level: float, rules: Rules) -> FrontPoint:
     """A point of a front, beside the reference at its own activity."""
-    own = exponentials(mean(trials.logs(), rules.confidence))
-    return FrontPoint(geometric_mean(trials.activity), *own, ratio_of(trials, base, rules), level)
+    own = exponentials(mean_estimate(trials.logs(), rules.confidence))
+    return FrontPoint(known_geometric_mean(trials.activity), *own, ratio_of(trials, base, rules), level)
 
 
-def ratio_of(trials: Trials, base: Trials, rules: Rules) -> Ratio:
+def ratio_of(trials: Trials, base: Trials, rules: Rules) -> ErrorRatio:
     """The error over another on the same conditions, where neither run was lost."""
-    return Ratio(*exponentials(mean(trials.logs() - base.logs(), rules.confidence)))
+    return ErrorRatio(*exponentials(mean_estimate(trials.logs() - base.logs(), rules.confidence)))
 
 
-def members(points: Sequence[FrontPoint]) -> list[FrontPoint]:
+def kept_points(points: Sequence[FrontPoint]) -> list[FrontPoint]:
     """Those that no other beats, and those that validation chose; the calmest first."""
     ordered = sorted(points, key=lambda one: one.activity)
     front = on_front([(one.error, one.activity) for one in ordered])

@@ -4,7 +4,7 @@ import json
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple, get_type_hints
 
 import numpy as np
 
@@ -16,20 +16,25 @@ from hydroservo.core.field import Field
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.linear import Margins, margins
-from hydroservo.runs.provenance import scenario_text
-from hydroservo.studies.cells import Entrant
+from hydroservo.runs.provenance import canonical_toml
+from hydroservo.studies.cells import LawInCell
 from hydroservo.studies.fronts import level_name
-from hydroservo.work.unit import Unit, address
+from hydroservo.work.unit import WorkUnit, unit_address
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
 
-    from hydroservo.work.store import Store
+    from hydroservo.work.store import UnitStore
 
 DIGITS = 5  # that are kept: behind them processors differ in their linear algebra
 DOUBLE = 8  # bytes
 ENDLESS = "has a loop that goes on as long as its numbers ask"
+WORST = {"gain_margin": min, "gain_reduction_margin": max, "phase_margin": min, "delay_margin": min} | {
+    "disk_margin": min,
+    "sensitivity_peak": max,
+}
+COLUMN_KINDS = {int: "int64", int | None: "int64", float: "float64", bool: "bool_", str: "string"}
 UNTRANSLATED = "says what is not in the language; export says what"
 
 
@@ -57,13 +62,10 @@ def law_margins(loops: Sequence[Loop]) -> LawMargins:
     The points are the machine at rest under 0 V, and for each loop the instant at which its demand and load
     are largest together; :func:`~hydroservo.audits.describing.freeze_loop` says how the machine moves there.
 
-    Args:
-        loops: those of the law on one machine, such as one for each kind of demand.
-
     Fails as :func:`~hydroservo.linear.margins`: it says nothing of large motions, and between the points
     margins can be less.
     """
-    looks = [partial(at_rest, loops[0]), *(partial(at_busiest, loop) for loop in loops)]
+    looks = [partial(margins_at_rest, loops[0]), *(partial(margins_at_busiest, loop) for loop in loops)]
     found, why = [], []
     for look in looks:
         try:
@@ -71,38 +73,30 @@ def law_margins(loops: Sequence[Loop]) -> LawMargins:
                 found.append(look())
         except (HydroservoError, ArithmeticError, np.linalg.LinAlgError) as error:
             why.append(str(error))
-    return least(found)._replace(points=len(looks), nonlinear=why[0] if why else "")
+    return least_margins(found)._replace(points=len(looks), nonlinear=why[0] if why else "")
 
 
-def at_rest(loop: Loop) -> Margins:
+def margins_at_rest(loop: Loop) -> Margins:
     return margins(loop._replace(sensors=exact_sensors(loop.sensors)), command=0.0)
 
 
-def at_busiest(loop: Loop) -> Margins:
+def margins_at_busiest(loop: Loop) -> Margins:
     still = freeze_loop(loop, busiest_instant(loop))
     return margins(still.loop, command=still.command)
 
 
-def least(found: Sequence[Margins]) -> LawMargins:
+def least_margins(found: Sequence[Margins]) -> LawMargins:
     """The least of each margin."""
-    count, none = len(found), math.nan
-    if not found or not all(one.stable for one in found):
-        return LawMargins(count, count, False, none, none, none, none, none, none, "")
-    return LawMargins(
-        points=count,
-        linear=count,
-        stable=True,
-        gain_margin=rounded(min(one.gain_margin for one in found)),
-        gain_reduction_margin=rounded(max(one.gain_reduction_margin for one in found)),
-        phase_margin=rounded(min(one.phase_margin for one in found)),
-        delay_margin=rounded(min(one.delay_margin for one in found)),
-        disk_margin=rounded(min(one.disk_margin for one in found)),
-        sensitivity_peak=rounded(max(one.sensitivity_peak for one in found)),
-        nonlinear="",
-    )
+    stable = bool(found) and all(one.stable for one in found)
+    values = [
+        round_margin(worst(getattr(one, name) for one in found)) if stable else math.nan
+        for name, worst in WORST.items()
+    ]
+    margins = dict(zip(WORST, values, strict=True))
+    return LawMargins(len(found), len(found), stable, **margins, nonlinear="")
 
 
-def rounded(value: float) -> float:
+def round_margin(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
@@ -124,7 +118,7 @@ class OnTarget(NamedTuple):
     uncounted: Annotated[str, Field("", "why there are no numbers; or empty")] = ""
 
 
-def on_target(loop: Loop) -> OnTarget:
+def target_price(loop: Loop) -> OnTarget:
     """What the controller of a loop takes on its target.
 
     It is counted in the terms of which the C is written, so that no compiler is asked, and no machine.
@@ -160,22 +154,17 @@ class PropertyUnit(NamedTuple):
     level: str
     cell: str
     law: str
-    unit: Unit
+    unit: WorkUnit
 
 
-def property_units(entrants: Sequence[Entrant], choice: "pd.DataFrame") -> Iterator[PropertyUnit]:
-    """Each law in each cell at each level that it reaches, with the gains that it has there.
-
-    Args:
-        entrants: each law in each cell.
-        choice: a row for each law, cell and level, with the gains as JSON in ``parameters``.
-    """
+def property_units(entrants: Sequence[LawInCell], choice: "pd.DataFrame") -> Iterator[PropertyUnit]:
+    """Each law in each cell at each level that it reaches, with the gains that it has there."""
     assemblies = {(one.cell.name, one.law.name): one.contender.assemblies.values() for one in entrants}
     columns = (choice[name].to_list() for name in ("level", "cell", "law", "parameters"))
     for level, cell, law, gains in zip(*columns, strict=True):
         loops = [replace(kind.loop, json.loads(gains)) for kind in assemblies[cell, law]]
-        key = address({"properties": [scenario_text(loop) for loop in loops]})
-        unit = Unit(key, partial(properties_table, loops), f"margins of {law} in {cell}")
+        key = unit_address({"properties": [canonical_toml(loop) for loop in loops]})
+        unit = WorkUnit(key, partial(properties_table, loops), f"margins of {law} in {cell}")
         yield PropertyUnit(level_name(level), cell, law, unit)
 
 
@@ -183,29 +172,14 @@ def properties_table(loops: Sequence[Loop]) -> "pa.Table":
     """The row of a law in a cell, from its loops for each kind of condition."""
     import pyarrow as pa
 
-    row = {**law_margins(loops)._asdict(), **on_target(loops[0])._asdict()}
-    schema = pa.schema([(name, getattr(pa, kind)()) for name, kind in COLUMNS.items()])
+    row = {**law_margins(loops)._asdict(), **target_price(loops[0])._asdict()}
+    kinds = get_type_hints(LawMargins) | get_type_hints(OnTarget)
+    schema = pa.schema([(name, getattr(pa, COLUMN_KINDS[kind])()) for name, kind in kinds.items()])
     return pa.table({name: [value] for name, value in row.items()}, schema=schema)
 
 
-COLUMNS = {
-    "points": "int64",
-    "linear": "int64",
-    "stable": "bool_",
-    "gain_margin": "float64",
-    "gain_reduction_margin": "float64",
-    "phase_margin": "float64",
-    "delay_margin": "float64",
-    "disk_margin": "float64",
-    "sensitivity_peak": "float64",
-    "nonlinear": "string",
-    **dict.fromkeys(OnTarget._fields[:-1], "int64"),
-    "uncounted": "string",
-}
-
-
 def properties_in(
-    store: "Store", found: Sequence[PropertyUnit]
+    store: "UnitStore", found: Sequence[PropertyUnit]
 ) -> dict[str, dict[str, dict[str, Properties]]]:
     """The properties of each law, by level, cell and law, from the units that are done."""
     properties: dict[str, dict[str, dict[str, Properties]]] = {}

@@ -10,8 +10,17 @@ from numpy.typing import NDArray
 from hydroservo.core.block import field_at
 from hydroservo.core.errors import HydroservoError
 from hydroservo.core.validation import within
-from hydroservo.runs.space import CANDIDATES, Space, latin_hypercube
-from hydroservo.studies.judging import LOST, Evaluation, Group, Points, Task, Window, evaluate, mean_logs
+from hydroservo.runs.tuning import CANDIDATES, SearchSpace, latin_hypercube
+from hydroservo.studies.conditions import (
+    LOST,
+    ActivityWindow,
+    ConditionGroup,
+    Evaluation,
+    Points,
+    SearchTask,
+    evaluate,
+    mean_logs,
+)
 from hydroservo.studies.pareto import STILL, evenly_spaced, fittest, front_shift, offspring, on_front
 from hydroservo.studies.trials import Rules
 
@@ -43,7 +52,7 @@ COLUMNS = {  # of the table of a search
 }
 
 
-class Search(NamedTuple):
+class LawSearch(NamedTuple):
     """What a search came to.
 
     Attributes:
@@ -54,14 +63,14 @@ class Search(NamedTuple):
         moved: how far the last half of the candidates moved the front, by :func:`~.pareto.front_shift`.
     """
 
-    space: Space
+    space: SearchSpace
     values: Numbers
     costs: Numbers
-    window: Window
+    window: ActivityWindow
     moved: float
 
 
-def search_table(task: Task) -> "pa.Table":
+def search_table(task: SearchTask) -> "pa.Table":
     """The rows of one search: the points of its front under each condition.
 
     All are judged on train and validation, those that are on the front of validation on the other splits.
@@ -70,12 +79,12 @@ def search_table(task: Task) -> "pa.Table":
     members = evenly_spaced(within_window(found.costs, found.window), POINTS)
     rounded = [found.space.rounded(unit) for unit in found.space.units(found.values[members])]
     points = list({json.dumps(one): one for one in rounded}.values())
-    seen = {split: evaluate(task, columns_of(points), split) for split in ("train", "validation")}
+    seen = {split: evaluate(task, point_columns(points), split) for split in ("train", "validation")}
     kept = np.flatnonzero(may_be_chosen(seen["validation"]))
     for split in splits_of(task.groups):
         if split not in seen:
-            seen[split] = evaluate(task, columns_of([points[k] for k in kept]), split)
-    return table_of(task, found, points, kept, seen)
+            seen[split] = evaluate(task, point_columns([points[k] for k in kept]), split)
+    return search_rows(task, found, points, kept, seen)
 
 
 def may_be_chosen(validation: Evaluation) -> NDArray[np.bool_]:
@@ -86,23 +95,23 @@ def may_be_chosen(validation: Evaluation) -> NDArray[np.bool_]:
     return on_front(mean_logs(validation, LOST, 0.0))
 
 
-def columns_of(points: Sequence[Mapping[str, float]]) -> dict[str, Numbers]:
+def point_columns(points: Sequence[Mapping[str, float]]) -> dict[str, Numbers]:
     return {path: np.array([one[path] for one in points]) for path in points[0]}
 
 
-def search_front(task: Task) -> Search:
+def search_front(task: SearchTask) -> LawSearch:
     """The points that a search tries, by twice as many each time until its front is still."""
     random = np.random.default_rng([task.seed, 1])
-    space, widened_by = Space(task.ranges), 0
+    space, widened_by = SearchSpace(task.ranges), 0
     window = task.window or (-np.inf, np.inf)
     units = latin_hypercube(CANDIDATES, len(space.ranges), task.seed)
-    values = matrix(space, units)
-    costs = cost(task, space.values(units))
+    values = value_matrix(space, units)
+    costs = training_costs(task, space.values(units))
     population, moved = np.arange(CANDIDATES), np.inf
     while len(values) < task.candidates:
         units = offspring(space.units(values[population]), within_window(costs[population], window), random)
-        values = np.concatenate([values, matrix(space, units)])
-        costs = np.concatenate([costs, cost(task, space.values(units))])
+        values = np.concatenate([values, value_matrix(space, units)])
+        costs = np.concatenate([costs, training_costs(task, space.values(units))])
         young = np.arange(len(values) - CANDIDATES, len(values))
         both = np.concatenate([population, young])
         population = both[fittest(within_window(costs[both], window), CANDIDATES)]
@@ -120,15 +129,15 @@ def search_front(task: Task) -> Search:
             space, widened_by = wider, widened_by + 1
         elif moved < STILL and count > FIRST:
             break
-    return Search(space, values, costs, window, moved)
+    return LawSearch(space, values, costs, window, moved)
 
 
-def matrix(space: Space, units: Numbers) -> Numbers:
+def value_matrix(space: SearchSpace, units: Numbers) -> Numbers:
     """The values of points of the unit cube, shape (points, paths)."""
     return np.stack(list(space.values(units).values()), axis=1)
 
 
-def within_window(costs: Numbers, window: Window) -> Numbers:
+def within_window(costs: Numbers, window: ActivityWindow) -> Numbers:
     """Costs as a search compares them: calm alike below a window, and lost beyond it; all finite."""
     low, high = window
     error, activity = np.minimum(costs, 1e300).T
@@ -137,7 +146,7 @@ def within_window(costs: Numbers, window: Window) -> Numbers:
     return np.stack([error + worse, np.maximum(activity, low)], axis=1)
 
 
-def own_window(costs: Numbers, calmest: float) -> Window:
+def own_window(costs: Numbers, calmest: float) -> ActivityWindow:
     """The activities that count of the law that others are held against: up to its own, and beyond."""
     return float(np.log(calmest)) + activity_of(costs), np.inf
 
@@ -148,7 +157,7 @@ def activity_of(costs: Numbers) -> float:
     return float(activity[error <= error.min() + TIE].min())
 
 
-def widen_ranges(task: Task, space: Space, front: Numbers) -> Space:
+def widen_ranges(task: SearchTask, space: SearchSpace, front: Numbers) -> SearchSpace:
     """Ranges that go a decade further where a point of the front is at an end, and numbers may go there."""
     found = dict(space.ranges)
     loop = task.groups[0].loop
@@ -157,17 +166,17 @@ def widen_ranges(task: Task, space: Space, front: Numbers) -> Space:
         down = own.min() <= EDGE and low > 0.0 and within(low / DECADE, field)
         up = own.max() >= 1.0 - EDGE and high > 0.0 and within(high * DECADE, field)
         found[path] = low / DECADE if down else low, high * DECADE if up else high
-    return Space(found)
+    return SearchSpace(found)
 
 
-def cost(task: Task, points: Points) -> Numbers:
+def training_costs(task: SearchTask, points: Points) -> Numbers:
     """The two costs of points on the training conditions, shape (points, 2)."""
     return mean_logs(evaluate(task, points, "train"), LOST, LOST)
 
 
-def table_of(
-    task: Task,
-    found: Search,
+def search_rows(
+    task: SearchTask,
+    found: LawSearch,
     points: Sequence[Mapping[str, float]],
     kept: NDArray[np.int64],
     judgements: Mapping[str, Evaluation],
@@ -178,7 +187,7 @@ def table_of(
     schema = pa.schema([(name, getattr(pa, kind)()) for name, kind in COLUMNS.items()])
     tables = []
     for split in splits_of(task.groups):
-        own, (numbers, scales) = judgements[split], of_conditions(task.groups, split)
+        own, (numbers, scales) = judgements[split], condition_arrays(task.groups, split)
         order = np.argsort(numbers)
         whole = split in ("train", "validation")
         for row, point in enumerate(range(len(points)) if whole else kept.tolist()):
@@ -207,11 +216,11 @@ def table_of(
     return pa.concat_tables(tables).combine_chunks()
 
 
-def splits_of(groups: Sequence[Group]) -> list[str]:
+def splits_of(groups: Sequence[ConditionGroup]) -> list[str]:
     return list(dict.fromkeys(split for group in groups for split in group.drawn))
 
 
-def of_conditions(groups: Sequence[Group], split: str) -> tuple[NDArray[np.int64], Numbers]:
+def condition_arrays(groups: Sequence[ConditionGroup], split: str) -> tuple[NDArray[np.int64], Numbers]:
     """The numbers of a split's conditions, and their scales, in the order of the groups."""
     own = [group.drawn[split] for group in groups if split in group.drawn]
     return np.concatenate([one.numbers for one in own]), np.concatenate([one.scales for one in own])

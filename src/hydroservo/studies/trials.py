@@ -123,7 +123,7 @@ def trials_of_cell(runs: "pd.DataFrame") -> dict[str, Trials]:
     return found
 
 
-class Difference(NamedTuple):
+class MeanEstimate(NamedTuple):
     """A mean with its interval; infinitely wide where nothing can be said of it.
 
     Attributes:
@@ -138,10 +138,10 @@ class Difference(NamedTuple):
     chance: float
 
 
-UNKNOWN = Difference(np.nan, -np.inf, np.inf, 1.0)
+UNKNOWN = MeanEstimate(np.nan, -np.inf, np.inf, 1.0)
 
 
-def difference(a: Numbers, b: Numbers, confidence: float = 0.95) -> Difference:
+def paired_difference(a: Numbers, b: Numbers, confidence: float = 0.95) -> MeanEstimate:
     """The mean difference of two laws over conditions, by Student's t of their pairs.
 
     Args:
@@ -152,10 +152,10 @@ def difference(a: Numbers, b: Numbers, confidence: float = 0.95) -> Difference:
     worse than it is. With one condition nothing tells the law from luck, and the interval is infinite; it is
     too narrow where few conditions of a long-tailed kind hold the difference.
     """
-    return mean(a - b, confidence)
+    return mean_estimate(a - b, confidence)
 
 
-def mean(values: Numbers, confidence: float = 0.95) -> Difference:
+def mean_estimate(values: Numbers, confidence: float = 0.95) -> MeanEstimate:
     """The mean of some draws, by Student's t; those that are nan do not count."""
     from scipy.special import stdtr, stdtrit
 
@@ -164,16 +164,16 @@ def mean(values: Numbers, confidence: float = 0.95) -> Difference:
         return UNKNOWN
     middle = float(known.mean())
     if known.size < 2:
-        return Difference(middle, -np.inf, np.inf, 1.0)
+        return MeanEstimate(middle, -np.inf, np.inf, 1.0)
     error = float(known.std(ddof=1)) / known.size**0.5
     if error == 0.0:
-        return Difference(middle, middle, middle, 1.0 if middle == 0.0 else LEAST)
+        return MeanEstimate(middle, middle, middle, 1.0 if middle == 0.0 else LEAST)
     half = float(stdtrit(known.size - 1, 0.5 + confidence / 2.0)) * error
     chance = 2.0 * float(stdtr(known.size - 1, -abs(middle) / error))
-    return Difference(middle, middle - half, middle + half, max(chance, LEAST))
+    return MeanEstimate(middle, middle - half, middle + half, max(chance, LEAST))
 
 
-def exponentials(logs: Difference) -> tuple[float, float, float]:
+def exponentials(logs: MeanEstimate) -> tuple[float, float, float]:
     """A mean of logarithms and the ends of its interval as what they are logarithms of."""
     with np.errstate(over="ignore"):
         value, low, high = np.exp(logs[:3])

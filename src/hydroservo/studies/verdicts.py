@@ -5,18 +5,25 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.core.errors import HydroservoError
-from hydroservo.studies.cell_verdict import CLASSES, Area, CellVerdict, areas, cell_verdict
-from hydroservo.studies.factors import FACTORS, Effect, effects, means_of
-from hydroservo.studies.fronts import LawFront, activities_of, choose_gains, fronts_of, level_name, points_of
-from hydroservo.studies.pairs import Ratio, Worth, over_cells, worths
+from hydroservo.studies.cell_verdict import CLASSES, Area, CellVerdict, Comparison, cell_verdict, law_areas
+from hydroservo.studies.factors import FACTORS, FactorEffect, cell_means, factor_effects
+from hydroservo.studies.fronts import (
+    LawFront,
+    activities_of,
+    choose_gains,
+    front_points,
+    fronts_of,
+    level_name,
+)
+from hydroservo.studies.law_pairs import ErrorRatio, Worth, part_worths, ratio_over_cells
+from hydroservo.studies.law_standing import OF_LIMITS
 from hydroservo.studies.properties import Properties
-from hydroservo.studies.standing import OF_LIMITS
 from hydroservo.studies.trials import GAINS, Rules, Trials, checked_rules, judged_columns, trials_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Laws = Mapping[str, Mapping[str, Any]]
+ManifestLaws = Mapping[str, Mapping[str, Any]]
 PropertiesByCell = Mapping[str, Mapping[str, Properties]]
 PropertiesByLevel = Mapping[str, PropertiesByCell]
 
@@ -34,9 +41,9 @@ class LevelVerdict(NamedTuple):
 
     cells: dict[str, CellVerdict]
     areas: dict[str, Area]
-    effects: dict[str, Effect]
+    effects: dict[str, FactorEffect]
     worths: dict[str, Worth]
-    prices: dict[str, Ratio]
+    prices: dict[str, ErrorRatio]
 
 
 class Verdicts(NamedTuple):
@@ -56,11 +63,11 @@ class Verdicts(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """The same as JSON has it; null where there is no number, or an infinite one."""
-        found: dict[str, Any] = plain(self)
+        found: dict[str, Any] = as_json_value(self)
         return found
 
 
-def judged(
+def study_verdicts(
     table: "pd.DataFrame",
     manifest: Mapping[str, Any],
     rules: Rules | None = None,
@@ -75,7 +82,7 @@ def judged(
             used.
         rules: of the comparison.
         limits: a row a condition whose limits were sought, with the columns
-            :data:`~hydroservo.studies.standing.OF_LIMITS`; None if there are none.
+            :data:`~hydroservo.studies.law_standing.OF_LIMITS`; None if there are none.
         properties: of the laws, by level, cell and law; None if nobody computed them.
 
     Raises:
@@ -96,20 +103,14 @@ def judged(
     own = tests[(tests["law"] == reference) & (tests["level"] == 1.0)]
     bases = {str(cell): trials_of(one) for cell, one in own.groupby("cell", observed=True)}
     found = {}
+    by = Comparison(laws, len(manifest["kinds"]), rules, limits)
     for level in levels:
-        found[level_name(level)] = level_verdict(
-            tests[tests["level"] == level],
-            stress[stress["level"] == level],
-            bases,
-            laws,
-            len(manifest["kinds"]),
-            rules,
-            limits,
-            (properties or {}).get(level_name(level), {}),
-        )
+        own_tests, own_stress = (runs[runs["level"] == level] for runs in (tests, stress))
+        own_properties = (properties or {}).get(level_name(level), {})
+        found[level_name(level)] = level_verdict(own_tests, own_stress, bases, by, own_properties)
     return Verdicts(
         rules=rules,
-        activity=activities_of(points_of(runs, "validation"), reference, rules),
+        activity=activities_of(front_points(runs, "validation"), reference, rules),
         levels=found,
         fronts=fronts_of(runs, choice, bases, rules),
     )
@@ -119,10 +120,7 @@ def level_verdict(
     tests: "pd.DataFrame",
     stress: "pd.DataFrame",
     bases: Mapping[str, Trials],
-    laws: Laws,
-    kinds: int,
-    rules: Rules,
-    limits: "pd.DataFrame",
+    by: Comparison,
     properties: PropertiesByCell,
 ) -> LevelVerdict:
     """What a study says at one level, from the runs there with the gains that validation chose."""
@@ -130,21 +128,17 @@ def level_verdict(
     trials: dict[str, dict[str, Trials]] = {}
     for key, own in tests.groupby("cell", observed=True):
         name = str(key)
+        in_cell = by._replace(limits=by.limits[by.limits["cell"] == name])
+        own_stress = stress[stress["cell"] == name]
         cells[name], trials[name] = cell_verdict(
-            own,
-            stress[stress["cell"] == name],
-            bases[name],
-            laws,
-            kinds,
-            rules,
-            limits[limits["cell"] == name],
-            properties.get(name, {}),
+            own, own_stress, bases[name], in_cell, properties.get(name, {})
         )
+    laws, rules = by.laws, by.rules
     return LevelVerdict(
         cells=cells,
-        areas=areas({name: one.regret for name, one in cells.items()}, rules),
-        effects=effects(means_of(trials, laws, rules), laws, rules.confidence),
-        worths=worths({name: one.pairs for name, one in cells.items()}, laws, rules.confidence),
+        areas=law_areas({name: one.regret for name, one in cells.items()}, rules),
+        effects=factor_effects(cell_means(trials, laws, rules), laws, rules.confidence),
+        worths=part_worths({name: one.pairs for name, one in cells.items()}, laws, rules.confidence),
         prices=prices_over(cells, rules),
     )
 
@@ -177,22 +171,22 @@ def checked_laws(manifest: Mapping[str, Any], used: set[str]) -> dict[str, dict[
     return found
 
 
-def prices_over(cells: Mapping[str, CellVerdict], rules: Rules) -> dict[str, Ratio]:
+def prices_over(cells: Mapping[str, CellVerdict], rules: Rules) -> dict[str, ErrorRatio]:
     """The prices of sensors over all cells that have them."""
     found: dict[str, dict[str, tuple[float, float, float]]] = {}
     for cell, verdict in cells.items():
         for one in verdict.prices:
             ratio = (one.ratio, one.low, one.high)
             found.setdefault(f"{one.without} over {one.with_it}", {})[cell] = ratio
-    return {name: over_cells(ratios, rules.confidence) for name, ratios in sorted(found.items())}
+    return {name: ratio_over_cells(ratios, rules.confidence) for name, ratios in sorted(found.items())}
 
 
-def plain(value: Any) -> Any:
+def as_json_value(value: Any) -> Any:
     """Records as objects, and what is no number or infinite as null."""
     if hasattr(value, "_asdict"):
-        return plain(value._asdict())
+        return as_json_value(value._asdict())
     if isinstance(value, Mapping):
-        return {str(name): plain(one) for name, one in value.items()}
+        return {str(name): as_json_value(one) for name, one in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return [plain(one) for one in value]
+        return [as_json_value(one) for one in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -12,7 +12,7 @@ from hydroservo.core.roles import (
     Monitor,
 )
 from hydroservo.core.validation import TEXT, checked
-from hydroservo.runs.returns import STATES
+from hydroservo.runs.fitting import STATES
 from hydroservo.scenario.role_checks import ROLES, a_role, check_declared_roles, class_line, role_problem
 from hydroservo.scenario.units import check_si
 from hydroservo.testing.case import Case, ContractError, bits

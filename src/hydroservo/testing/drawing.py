@@ -32,7 +32,7 @@ from hydroservo.machine.mechanics import OneLinkArm
 from hydroservo.machine.plants import DesignModel
 from hydroservo.machine.supplies import ReliefValve
 from hydroservo.machine.valves import Orifice
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario.role_checks import role_methods
 from hydroservo.testing.examples import example
 from hydroservo.testing.loops import watched_loop
@@ -262,7 +262,7 @@ def argument_values(role: type, name: str, ordinary: bool) -> SearchStrategy[Any
 @cache
 def prepared_watched_loop() -> Block:
     """The loop that monitors are shown, as it is before a run, without the monitors, as kernels have it."""
-    return ready(watched_loop())._replace(metrics=Usual())
+    return runnable_loop(watched_loop())._replace(metrics=Usual())
 
 
 @cache

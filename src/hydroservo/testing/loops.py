@@ -21,7 +21,7 @@ from hydroservo.machine.drives import PumpDrive
 from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.sensors.missing import missing_signals
 from hydroservo.machine.valves import NoValve
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.scenario.role_checks import ROLES, a_role, declared_roles
 from hydroservo.testing.case import Case
@@ -128,7 +128,7 @@ def check_translated(case: Case) -> str:
     if "velocity" in missing_signals(loop.sensors):
         return "not tried: the controller beside it needs the velocity"
     try:
-        ready(loop)
+        runnable_loop(loop)
     except ParameterError as error:  # the block's own numbers are asked about elsewhere
         return f"not tried: the machine of this check does not go with it: {error}"
     if case.role is Controller:

@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -12,7 +12,7 @@ from typing import Any
 
 from hydroservo._version import __version__
 from hydroservo.core.errors import HydroservoError, clipped, require
-from hydroservo.work.unit import Answer, Failure, Say, Unit, answer_to
+from hydroservo.work.unit import Failure, Say, UnitAnswers, WorkUnit, answer_to
 
 PATIENCE = 10  # s, for a scheduler to answer
 AHEAD = 3  # units that each thread of a worker is given, so that it never waits for the next
@@ -21,29 +21,24 @@ PAUSE = 2.0  # s between two looks at how many threads there are
 GLANCE = 0.1  # s between two looks at what is done
 
 
-def on_scheduler(units: Sequence[Unit], address: str, say: Say) -> Generator[tuple[Unit, Answer]]:
+def answers_of_scheduler(units: Sequence[WorkUnit], address: str, say: Say) -> UnitAnswers:
     """What each unit came to, as they are done by the workers of a Dask scheduler.
 
     A few units for each of their threads are handed out at a time. What a worker had that is gone is done by
     another one; a unit at which four of them ended is a failure.
-
-    Args:
-        units: what is to be done.
-        address: of the scheduler, such as ``tcp://head:8786``.
-        say: is told when there are no workers.
     """
     require("distributed", "cluster", "--scheduler")
     from distributed import as_completed
 
-    with quiet(), connected(address) as client:
+    with quiet_logs(), connected_client(address) as client:
         waiting, threads = (
             iter(units),
-            Threads(client, lambda: say(f"{address} has no workers; waiting for some")),
+            ClusterThreads(client, lambda: say(f"{address} has no workers; waiting for some")),
         )
-        given: dict[str, Unit] = {}
+        given: dict[str, WorkUnit] = {}
         running = as_completed(loop=client.loop, with_results=True, raise_errors=False)
 
-        def give(unit: Unit) -> None:
+        def give(unit: WorkUnit) -> None:
             future = client.submit(partial(answer_to, unit.do, __version__), pure=False)
             given[future.key] = unit
             running.add(future)
@@ -64,14 +59,14 @@ def on_scheduler(units: Sequence[Unit], address: str, say: Say) -> Generator[tup
                     check_scheduler(address)
                     give(unit)
                     continue
-                answer = result if future.status == "finished" else failure(future.exception())
+                answer = result if future.status == "finished" else cluster_failure(future.exception())
                 del future, result
                 yield unit, answer
         finally:
             client.cancel(list(running.futures), force=True)
 
 
-class Threads:
+class ClusterThreads:
     """How many threads the workers of a scheduler have, looked up now and then.
 
     Args:
@@ -94,7 +89,7 @@ class Threads:
 
 
 @contextmanager
-def connected(address: str) -> Iterator[Any]:
+def connected_client(address: str) -> Iterator[Any]:
     """A client of a scheduler."""
     from distributed import Client
 
@@ -110,7 +105,7 @@ def check_scheduler(address: str) -> None:
     """Ask what listens at an address what it is, from another thread: a notebook's has a loop already."""
     try:
         with ThreadPoolExecutor(1) as pool:
-            kind = pool.submit(lambda: asyncio.run(asyncio.wait_for(kind_of(address), PATIENCE))).result()
+            kind = pool.submit(lambda: asyncio.run(asyncio.wait_for(server_kind(address), PATIENCE))).result()
     except TimeoutError:
         raise HydroservoError(f"no Dask scheduler answers at {address} within {PATIENCE} s") from None
     except Exception as error:  # of the network, of the address, of what answers there and is none of Dask's
@@ -121,7 +116,7 @@ def check_scheduler(address: str) -> None:
         raise HydroservoError(f"no Dask scheduler answers at {address}, but a {kind}")
 
 
-async def kind_of(address: str) -> str:
+async def server_kind(address: str) -> str:
     from distributed.core import rpc
     from distributed.security import Security
 
@@ -129,7 +124,7 @@ async def kind_of(address: str) -> str:
         return str((await server.identity())["type"])
 
 
-def failure(error: BaseException) -> Failure:
+def cluster_failure(error: BaseException) -> Failure:
     """Why a scheduler has no table of a unit."""
     from distributed import KilledWorker
 
@@ -141,7 +136,7 @@ def failure(error: BaseException) -> Failure:
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
+def quiet_logs() -> Iterator[None]:
     """What the client logs of workers that come and go is not seen inside: it is no matter."""
     logs = [logging.getLogger(f"distributed.{name}") for name in ("client", "core", "comm", "utils")]
     before = [log.level for log in logs]

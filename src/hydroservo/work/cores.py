@@ -14,12 +14,7 @@ LIMITS: list[Any] = []  # one for each context now open; the first restores what
 
 
 def checked_count(count: int | None, name: str) -> int:
-    """How many workers to use: as many as asked for, else one for each core that this process may use.
-
-    Args:
-        count: asked for; None for all cores.
-        name: of the argument, for the message.
-    """
+    """How many workers to use: as many as asked for, else one for each core that this process may use."""
     if count is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if isinstance(count, bool) or not isinstance(count, Integral) or count < 1:

@@ -10,7 +10,7 @@ from typing import Any, ParamSpec, TypeVar
 PATIENCE = 1.0  # s
 PAUSE = 0.2  # s, between two looks of the bar
 
-Arguments = ParamSpec("Arguments")
+P = ParamSpec("P")
 Result = TypeVar("Result")
 
 
@@ -28,11 +28,7 @@ class Bar:
         self.display: Any = None
 
     def report(self, fraction: float, *_: object) -> None:
-        """Say how much is done.
-
-        Args:
-            fraction: from 0 to 1.
-        """
+        """Say how much is done."""
         now = time.monotonic()
         if now < self.began + PATIENCE or now < self.looked + PAUSE:
             return
@@ -64,11 +60,11 @@ def in_notebook() -> bool:
     return found is not None and hasattr(found.get_ipython(), "kernel")
 
 
-def shows_progress(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+def shows_progress(function: Callable[P, Result]) -> Callable[P, Result]:
     """A function with an argument ``progress`` that has a bar in a notebook where nothing is given for it."""
 
     @wraps(function)
-    def called(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+    def called(*args: P.args, **kwargs: P.kwargs) -> Result:
         if kwargs.get("progress") is not None or Bar.shown is not None or not in_notebook():
             return function(*args, **kwargs)
         Bar.shown = bar = Bar(function.__name__.replace("_", " "))

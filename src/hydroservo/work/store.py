@@ -24,7 +24,7 @@ MOST_MANIFEST = 1 << 28  # bytes
 MAGIC = b"PAR1"  # at both ends of a Parquet file, and before the last its footer's length in 4 bytes
 
 
-class Store:
+class UnitStore:
     """A folder of what units came to, which any number of processes may write to at once.
 
     ::
@@ -71,11 +71,13 @@ class Store:
             content = found
         else:
             with staged(self.folder) as stage:
-                if found is None or as_text(found) != as_text(content):
-                    (stage / name).write_bytes(as_text(content))
+                if found is None or manifest_bytes(found) != manifest_bytes(content):
+                    (stage / name).write_bytes(manifest_bytes(content))
                     sync(stage / name)
         self.content: Mapping[str, Any] = content
-        self.damaged = tuple(self.part(key) for key in sorted(self.keys()) if not is_whole(self.part(key)))
+        self.damaged = tuple(
+            self.part(key) for key in sorted(self.keys()) if not is_whole_part(self.part(key))
+        )
 
     def part(self, key: str) -> Path:
         """The file of a unit's table, whether it is there or not."""
@@ -123,12 +125,7 @@ class Store:
         self.damaged = tuple(one for one in self.damaged if one.stem != key)
 
     def table(self, keys: Sequence[str], columns: Sequence[str] | None = None) -> "pa.Table":
-        """The tables of some units, one below the other in the order of their addresses here.
-
-        Args:
-            keys: their addresses; all of them are done.
-            columns: which columns to read; all if None.
-        """
+        """The tables of some units, one below the other in the order of their addresses here."""
         import pyarrow as pa
 
         return pa.concat_tables([self.read(key, columns) for key in keys])
@@ -173,7 +170,7 @@ def manifest_in(folder: Path | str, name: str) -> dict[str, Any] | None:
     return content
 
 
-def as_text(content: Mapping[str, Any]) -> bytes:
+def manifest_bytes(content: Mapping[str, Any]) -> bytes:
     """A manifest, the same bytes for the same content."""
     about = {**content, "format": FORMAT, "hydroservo": __version__}
     return (json.dumps(about, indent=2, sort_keys=True, allow_nan=False) + "\n").encode()
@@ -197,7 +194,7 @@ def write_parquet(table: "pa.Table", file: Path) -> None:
     )
 
 
-def is_whole(file: Path) -> bool:
+def is_whole_part(file: Path) -> bool:
     """Whether a Parquet file was not cut off, by its two ends."""
     if not file.is_file():
         return False

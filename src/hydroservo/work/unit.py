@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from hashlib import sha256
 from traceback import format_exc
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -15,15 +15,16 @@ if TYPE_CHECKING:
 
 DIGITS = 24  # of an address, 96 bits: among a billion units no two are alike
 
-Answer: TypeAlias = "pa.Table | Failure"
+UnitAnswer: TypeAlias = "pa.Table | Failure"
+UnitAnswers: TypeAlias = "Generator[tuple[WorkUnit, UnitAnswer]]"
 Say = Callable[[str], None]  # a line of what a user should know
 
 
-class Unit(NamedTuple):
+class WorkUnit(NamedTuple):
     """Something to be done once.
 
     Attributes:
-        key: its address, as :func:`address` makes it of all that its table depends on.
+        key: its address, as :func:`unit_address` makes it of all that its table depends on.
         do: computes its table; ``functools.partial`` of a function of a module with plain data, so that
             another process can, or another machine.
         name: what progress and errors call it.
@@ -34,20 +35,16 @@ class Unit(NamedTuple):
     name: str
 
 
-def address(what: Mapping[str, Any]) -> str:
+def unit_address(what: Mapping[str, Any]) -> str:
     """Hexadecimal digits that name what a unit is: of the SHA-256 of its canonical JSON.
 
     Keys are sorted, and floats have all their digits: 1.0 is not 1, 0.1 + 0.2 not 0.3.
-
-    Args:
-        what: all that the table of a unit depends on: mappings with texts as keys, sequences, texts, numbers,
-            True, False and None.
     """
-    text = json.dumps(plain(what, ""), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    text = json.dumps(exact_json(what, ""), sort_keys=True, separators=(",", ":"), allow_nan=False)
     return sha256(text.encode()).hexdigest()[:DIGITS]
 
 
-def plain(value: Any, path: str) -> Any:
+def exact_json(value: Any, path: str) -> Any:
     """A value as JSON holds it exactly."""
     if isinstance(value, Mapping):
         for key in value:
@@ -55,9 +52,9 @@ def plain(value: Any, path: str) -> Any:
                 raise ParameterError(
                     path or "what", key, "must be a string, like all keys of what is addressed"
                 )
-        return {key: plain(one, f"{path}.{key}" if path else key) for key, one in value.items()}
+        return {key: exact_json(one, f"{path}.{key}" if path else key) for key, one in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(one, f"{path}[{i}]") for i, one in enumerate(value)]
+        return [exact_json(one, f"{path}[{i}]") for i, one in enumerate(value)]
     if value is None or isinstance(value, (str, bool, int)):
         return value
     if isinstance(value, float) and math.isfinite(value):
@@ -79,13 +76,8 @@ class Failure(NamedTuple):
     defect: bool = False
 
 
-def answer_to(do: "Callable[[], pa.Table]", version: str) -> Answer:
-    """What a unit comes to, here.
-
-    Args:
-        do: computes its table.
-        version: of hydroservo, where the unit was made.
-    """
+def answer_to(do: "Callable[[], pa.Table]", version: str) -> UnitAnswer:
+    """What a unit comes to, here."""
     if version != __version__:
         return Failure(f"a worker has version {__version__} of hydroservo, and this is version {version}")
     try:

@@ -16,7 +16,7 @@ from hydroservo.export.of_loop import TAKES
 from hydroservo.export.parts import block_of, with_its_substeps
 from hydroservo.export.unit import CModule, Part
 from hydroservo.language.names import place_in_c
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from tests.support.needs import needs
 from tools.targets.compilers import output
 from tools.targets.host import Program, program
@@ -56,7 +56,7 @@ def searched(loop: Loop, part: Part, unit: CModule, folder: Path) -> Found:
     """
     needs("gcc", "gcov")
     counting = program(unit, folder, "gcc", COUNTED)
-    block = block_of(with_its_substeps(ready(loop)), part)
+    block = block_of(with_its_substeps(runnable_loop(loop)), part)
     vectors = make_vectors(loop, part, unit)
     branches = reached(counting, vectors.inputs)
     for stretch in stretches(vectors.inputs):

@@ -33,7 +33,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.parts import block_of
 from hydroservo.export.unit import CModule, Part
 from hydroservo.language.scope import TranslationError
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from tests.support.export.fuzzed_laws import fuzzed_law
 from tests.support.export.small_laws import R, Y, loop_of
 from tools.targets.compilers import FLAGS, ToolError, output, warnings
@@ -103,7 +103,7 @@ def tried(name: str, text: str, folder: Path, inlined: bool = False) -> Tried | 
     loop = loop_of(own, text)
     try:
         with limited(), np.errstate(all="ignore"):
-            block = block_of(ready(loop), Part.CONTROLLER)
+            block = block_of(runnable_loop(loop), Part.CONTROLLER)
             states = stepped(block)
             unit = exported_unit(loop, Part.CONTROLLER, prefix=name, title="a law", inlined=inlined)
             problem = machine_problem(name, loop.controller)

@@ -14,9 +14,9 @@ import numpy as np
 import pyarrow as pa
 
 from hydroservo.core.errors import HydroservoError
-from hydroservo.work.doing import do
-from hydroservo.work.store import Store
-from hydroservo.work.unit import Unit, address
+from hydroservo.work.execution import do_units
+from hydroservo.work.store import UnitStore
+from hydroservo.work.unit import WorkUnit, unit_address
 
 MANIFEST = "units.json"
 SECONDS = 0.05  # that a unit takes
@@ -55,11 +55,11 @@ def threads_of_algebra(_number: int) -> pa.Table:
     return pa.table({"threads": [os.environ.get("OPENBLAS_NUM_THREADS"), os.environ.get("OMP_NUM_THREADS")]})
 
 
-def unit(number: int, does=numbers, **options) -> Unit:
-    return Unit(address({"number": number}), partial(does, number, **options), f"unit {number}")
+def unit(number: int, does=numbers, **options) -> WorkUnit:
+    return WorkUnit(unit_address({"number": number}), partial(does, number, **options), f"unit {number}")
 
 
-def units(count: int, **options) -> list[Unit]:
+def units(count: int, **options) -> list[WorkUnit]:
     return [unit(number, **options) for number in range(count)]
 
 
@@ -73,8 +73,8 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def main(folder: str, count: str, workers: str, scheduler: str | None = None) -> None:
-    store = Store(folder, MANIFEST, {"count": int(count)})
-    do(units(int(count)), store, workers=int(workers), scheduler=scheduler)
+    store = UnitStore(folder, MANIFEST, {"count": int(count)})
+    do_units(units(int(count)), store, workers=int(workers), scheduler=scheduler)
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ from hydroservo.machine.loads import Constant, Sine
 from hydroservo.machine.plants import Cylinder, LoadPressurePlant
 from hydroservo.machine.supplies import PumpSupply
 from hydroservo.runs.results import metrics_of
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import runnable_loop
 from hydroservo.testing.examples import example
 from tests.support.monitors import FULL, SHORT, rms
 
@@ -84,10 +84,10 @@ def test_the_supply_s_dip_can_be_tuned_by() -> None:
 def test_the_disturbance_of_a_law_that_knows_its_machine_is_the_load() -> None:
     loop = SHORT._replace(controller=example(TSMC), load=Constant(120.0))
     data = simulate(loop, compiled=False)
-    mass = ready(loop).controller.model.plant.mass
+    mass = runnable_loop(loop).controller.model.plant.mass
     assert data["disturbance.d1"].values == pytest.approx(np.full(101, -120.0 / mass))
     assert float(data["disturbance_rms_1"]) == pytest.approx(120.0 / mass)
-    heavier = replace(ready(loop), {"controller.model.plant.mass": 2.0 * mass})
+    heavier = replace(runnable_loop(loop), {"controller.model.plant.mass": 2.0 * mass})
     assert float(simulate(heavier, compiled=False)["disturbance_max_1"]) > 10.0 * 120.0 / mass
 
 
@@ -115,7 +115,7 @@ def test_energies_of_a_cylinder_balance() -> None:
     v, x, a, b = (
         data[f"plant.{name}"].values for name in ("velocity", "position", "pressure_a", "pressure_b")
     )
-    plant, oil = ready(loop).plant, ready(loop).plant.oil.bulk_modulus(0.0)
+    plant, oil = runnable_loop(loop).plant, runnable_loop(loop).plant.oil.bulk_modulus(0.0)
     volume_a = plant.dead_volume_a + plant.area_a * x
     volume_b = plant.dead_volume_b + plant.area_b * (plant.stroke - x)
     moved = np.trapezoid((plant.area_a * a - plant.area_b * b) * v, dx=dt)

@@ -10,7 +10,7 @@ import pytest
 from hydroservo.core.formatting import MINUS, NONE, TIMES, Scale
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Table
 from hydroservo.show.html import html_of
-from hydroservo.show.latex import SPECIAL, escaped, in_one_line, latex_of
+from hydroservo.show.latex import SPECIAL, in_one_line, latex_escaped, latex_of
 from hydroservo.show.table import csv_of, texts_of
 from hydroservo.show.terminal import show_finding
 
@@ -107,8 +107,8 @@ def test_no_sign_that_latex_reads_as_a_command_is_left(sign):
 
 def test_every_sign_beyond_ascii_becomes_ascii():
     beyond = "".join(sign for sign in SPECIAL if not sign.isascii())
-    assert escaped(beyond).isascii()
-    assert escaped("3 m/s²") == r"3 m/s\ensuremath{^2}"
+    assert latex_escaped(beyond).isascii()
+    assert latex_escaped("3 m/s²") == r"3 m/s\ensuremath{^2}"
 
 
 def test_a_narrow_terminal_loses_what_numbers_mean_and_never_a_digit(capsys, monkeypatch):

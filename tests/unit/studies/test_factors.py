@@ -6,8 +6,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from hydroservo.studies.factors import drawn_mean, effects, means_of, weights
-from hydroservo.studies.pairs import over_cells
+from hydroservo.studies.factors import bootstrap_weights, cell_means, drawn_mean, factor_effects
+from hydroservo.studies.law_pairs import ratio_over_cells
 from hydroservo.studies.trials import Rules, Trials
 from tools.planted import Spreads, trials, with_lost
 
@@ -26,7 +26,7 @@ def study(true, cells="12"):
     """Runs of laws in cells, and the effects that they show."""
     runs = {cell: trials(np.random.default_rng(int(cell)), true, spreads=CLEAR) for cell in cells}
     levels = {law: LEVELS[law] for law in true}
-    return effects(means_of(runs, levels, RULES), levels, 0.95)
+    return factor_effects(cell_means(runs, levels, RULES), levels, 0.95)
 
 
 def true_shares():
@@ -72,29 +72,29 @@ def test_one_law_has_no_factors():
 
 def test_the_bootstrap_spreads_as_the_mean_does():
     one = trials(np.random.default_rng(0), {"a": 1.0}, spreads=Spreads(conditions=0.2))["a"]
-    draws = drawn_mean(one, weights(200, Rules(), "c"))
+    draws = drawn_mean(one, bootstrap_weights(200, Rules(), "c"))
     assert draws.size == 10_000
     assert draws.mean() == pytest.approx(one.logs().mean(), abs=4 * draws.std() / 100)
     assert draws.var() == pytest.approx(one.logs().var(ddof=1) / 200, rel=0.1)
 
 
 def test_draws_depend_on_names_alone():
-    first, again = weights(5, RULES, "c", "a"), weights(5, RULES, "c", "a")
+    first, again = bootstrap_weights(5, RULES, "c", "a"), bootstrap_weights(5, RULES, "c", "a")
     assert np.array_equal(first, again)
     assert (first.sum(axis=1) == 4).all()
     others = [
-        weights(5, RULES, "c", "b"),
-        weights(5, RULES, "c"),
-        weights(5, RULES._replace(seed=1), "c", "a"),
+        bootstrap_weights(5, RULES, "c", "b"),
+        bootstrap_weights(5, RULES, "c"),
+        bootstrap_weights(5, RULES._replace(seed=1), "c", "a"),
     ]
     assert not any(np.array_equal(first, other) for other in others)
-    assert np.isnan(weights(1, RULES, "c", "a")).all()
+    assert np.isnan(bootstrap_weights(1, RULES, "c", "a")).all()
 
 
 def test_draws_leave_lost_runs_out():
     one = trials(np.random.default_rng(0), {"a": 1.0}, conditions=30)["a"]
     lost = np.arange(30) == 3
-    drawn = weights(30, RULES, "c")
+    drawn = bootstrap_weights(30, RULES, "c")
     without = Trials(*(x[~lost] for x in one))
     expected = drawn_mean(without, drawn[:, ~lost])
     assert drawn_mean(with_lost(one, lost), drawn) == pytest.approx(expected, rel=1e-9)
@@ -102,13 +102,15 @@ def test_draws_leave_lost_runs_out():
 
 def test_one_condition_has_no_interval():
     one = trials(np.random.default_rng(0), {"a": 1.0}, conditions=1)["a"]
-    assert np.isnan(drawn_mean(one, weights(1, RULES, "c"))).all()
+    assert np.isnan(drawn_mean(one, bootstrap_weights(1, RULES, "c"))).all()
 
 
 def test_a_ratio_over_cells():
-    found = over_cells({"1": (1.0, 0.9, 1.1), "2": (4.0, 3.0, 5.0), "3": (math.nan, 0.0, math.inf)}, 0.95)
+    found = ratio_over_cells(
+        {"1": (1.0, 0.9, 1.1), "2": (4.0, 3.0, 5.0), "3": (math.nan, 0.0, math.inf)}, 0.95
+    )
     assert found.value == pytest.approx(2.0)
     assert found.low < 1.0
     assert found.high > 4.0
-    assert over_cells({"1": (1.0, 0.9, 1.1)}, 0.95) == (1.0, 0.9, 1.1)
-    assert math.isnan(over_cells({}, 0.95).value)
+    assert ratio_over_cells({"1": (1.0, 0.9, 1.1)}, 0.95) == (1.0, 0.9, 1.1)
+    assert math.isnan(ratio_over_cells({}, 0.95).value)

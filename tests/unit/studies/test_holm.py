@@ -5,12 +5,12 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from hydroservo.studies.pairs import corrected
+from hydroservo.studies.law_pairs import holm_corrected
 
 
 def test_printed_example():
     # https://en.wikipedia.org/wiki/Holm-Bonferroni_method rejects the first and the last at 0.05
-    assert corrected([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm_corrected([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
 
 
 def closed(chances):
@@ -24,9 +24,9 @@ def closed(chances):
 @pytest.mark.parametrize("seed", range(5))
 def test_it_is_the_closed_test(seed):
     chances = np.random.default_rng(seed).random(8) ** 3
-    assert corrected(chances) == pytest.approx(closed(chances), rel=1e-12)
+    assert holm_corrected(chances) == pytest.approx(closed(chances), rel=1e-12)
 
 
 def test_one_and_none():
-    assert corrected([0.03]) == [0.03]
-    assert corrected([]) == []
+    assert holm_corrected([0.03]) == [0.03]
+    assert holm_corrected([]) == []

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from hydroservo import HydroservoError, ScenarioError
-from hydroservo.studies.cells import Limited, entrants_of, limited
-from hydroservo.studies.file import read_study
+from hydroservo.studies.cells import LimitedCondition, laws_in_cells, limited_conditions
+from hydroservo.studies.spec_file import read_study
 
 FILE = """
 base = "rig/noisy-1khz"
@@ -24,14 +24,14 @@ laws.limited.wrapped = { type = "DAC", bits = 12, limit = "5 V" }
 """
 
 
-def asked(tmp_path: Path, text: str, **changes: object) -> list[Limited]:
+def asked(tmp_path: Path, text: str, **changes: object) -> list[LimitedCondition]:
     file = tmp_path / "study.toml"
     file.write_text(text, "utf-8")
     study = read_study(file, {name.replace("__", "."): value for name, value in changes.items()})
-    return limited(study, list(entrants_of(study)))
+    return limited_conditions(study, list(laws_in_cells(study)))
 
 
-def keys(found: list[Limited]) -> list[str]:
+def keys(found: list[LimitedCondition]) -> list[str]:
     return [one.unit.key for one in found]
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from hydroservo.studies.standing import fewer_lost, lost_share
-from hydroservo.studies.trials import Difference
+from hydroservo.studies.law_standing import fewer_lost, lost_share
+from hydroservo.studies.trials import MeanEstimate
 
 
 def on(conditions, count=200):
@@ -39,8 +39,8 @@ def test_a_handful_convinces_nobody(lost, sure):
 @pytest.mark.parametrize(("more", "fewer"), [(1, 0), (7, 2), (60, 41), (100, 90)])
 def test_the_signs_are_tested_exactly(more, fewer, monkeypatch):
     """With Student's t sure of it, the sign test of the conditions in which one law alone is lost is left."""
-    sure = Difference(0.1, 0.05, 0.15, 0.0)
-    monkeypatch.setattr("hydroservo.studies.standing.difference", lambda *_: sure)
+    sure = MeanEstimate(0.1, 0.05, 0.15, 0.0)
+    monkeypatch.setattr("hydroservo.studies.law_standing.paired_difference", lambda *_: sure)
     found = fewer_lost(on(more), np.roll(on(fewer), -fewer))
     assert found.chance == pytest.approx(binomtest(fewer, more + fewer).pvalue, rel=1e-12)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hydroservo.studies.standing import BELOW, limit_of
+from hydroservo.studies.law_standing import BELOW, cell_limit
 from hydroservo.studies.trials import Trials
 
 LIMITS = pd.DataFrame(
@@ -26,7 +26,7 @@ def trials(errors, lost=()):
 
 
 def test_a_multiple_is_of_the_conditions_that_have_a_limit():
-    found = limit_of({"law": trials([2, 9, 9, 9, 16])}, LIMITS)
+    found = cell_limit({"law": trials([2, 9, 9, 9, 16])}, LIMITS)
     assert (found.conditions, found.open, found.below) == ([0, 4], 2, 0)
     assert (found.clairvoyant, found.causal) == pytest.approx((np.sqrt(2.0), np.sqrt(8.0)))
     one = found.laws["law"]  # sqrt(2 8) = 4 and sqrt(1 4) = 2 times the limits
@@ -36,24 +36,24 @@ def test_a_multiple_is_of_the_conditions_that_have_a_limit():
 
 
 def test_lost_runs_are_counted_and_in_no_mean():
-    one = limit_of({"law": trials([2, 9, 9, 9, 16], lost=[1, 4])}, LIMITS).laws["law"]
+    one = cell_limit({"law": trials([2, 9, 9, 9, 16], lost=[1, 4])}, LIMITS).laws["law"]
     assert (one.clairvoyant, one.low, one.high) == pytest.approx((2.0, 0.0, np.inf))
     assert (one.lost, one.runs) == (1, 2)
 
 
 def test_a_law_that_lost_all_has_no_multiple():
-    one = limit_of({"law": trials([2, 9, 9, 9, 16], lost=[0, 4])}, LIMITS).laws["law"]
+    one = cell_limit({"law": trials([2, 9, 9, 9, 16], lost=[0, 4])}, LIMITS).laws["law"]
     assert np.isnan([one.clairvoyant, one.causal]).all()
     assert (one.lost, one.runs) == (2, 2)
 
 
 def test_runs_below_the_limit_are_counted():
     law = trials([1.0 - 2.0 * BELOW, 9, 9, 9, 2.0 - BELOW])
-    assert limit_of({"law": law, "other": law}, LIMITS).below == 2
+    assert cell_limit({"law": law, "other": law}, LIMITS).below == 2
 
 
 def test_where_no_search_ended_there_is_no_limit():
-    found = limit_of({"law": trials([1, 1, 1, 1, 1])}, LIMITS.assign(converged=False))
+    found = cell_limit({"law": trials([1, 1, 1, 1, 1])}, LIMITS.assign(converged=False))
     assert (found.conditions, found.open, found.laws) == ([], 4, {})
-    none = limit_of({"law": trials([1, 1, 1, 1, 1])}, LIMITS[:0])
+    none = cell_limit({"law": trials([1, 1, 1, 1, 1])}, LIMITS[:0])
     assert (none.conditions, none.open, none.laws) == ([], 0, {})

@@ -15,17 +15,16 @@ from hydroservo.studies.properties import (
     OnTarget,
     Properties,
     law_margins,
-    least,
-    on_target,
+    least_margins,
+    target_price,
 )
-from hydroservo.studies.report.cell_tables import cell_tables
-from hydroservo.studies.report.findings import findings
-from hydroservo.studies.report.folder import write_report
-from hydroservo.studies.report.pictures import pictures
+from hydroservo.studies.report.folder import write_study_report
+from hydroservo.studies.report.pictures import study_pictures
 from hydroservo.studies.report.sentences import sentences
-from hydroservo.studies.report.tables import law_tables
+from hydroservo.studies.report.tables import cell_tables, law_tables
+from hydroservo.studies.report.view import study_view
 from hydroservo.studies.trials import Rules
-from hydroservo.studies.verdicts import judged, plain
+from hydroservo.studies.verdicts import as_json_value, study_verdicts
 from tests.support.export.small_laws import law
 from tests.support.study_data import made_up_manifest, made_up_table, part_of
 
@@ -37,21 +36,21 @@ def test_each_margin_is_the_least_of_all_points() -> None:
     other = STABLE._replace(
         gain_margin=2.0, gain_reduction_margin=0.5, sensitivity_peak=2.2, phase_margin=1.2
     )
-    found = least([STABLE, other])
+    found = least_margins([STABLE, other])
     assert found == LawMargins(2, 2, True, 2.0, 0.5, 1.0, 0.01, 0.9, 2.2, "")
 
 
 def test_a_loop_that_is_unstable_somewhere_has_no_margins() -> None:
-    found = least([STABLE, Margins(False, *[math.nan] * 6, (), (), 0.0)])
+    found = least_margins([STABLE, Margins(False, *[math.nan] * 6, (), (), 0.0)])
     assert not found.stable
     assert found.linear == 2
     assert math.isnan(found.gain_margin)
-    assert plain(found)["sensitivity_peak"] is None
+    assert as_json_value(found)["sensitivity_peak"] is None
 
 
 def test_what_differs_behind_the_fifth_digit_is_the_same() -> None:
     close = STABLE._replace(gain_margin=3.0 * (1.0 + 1e-9), delay_margin=0.01 * (1.0 - 1e-9))
-    assert least([close]) == least([STABLE])
+    assert least_margins([close]) == least_margins([STABLE])
 
 
 def test_a_gain_beyond_the_margin_makes_a_loop_unstable() -> None:
@@ -83,7 +82,7 @@ def test_a_law_that_rises_without_bound_has_no_margins() -> None:
 
 
 def test_the_price_of_a_pi_is_what_its_text_says() -> None:
-    found = on_target(load_scenario("laws/pi-sine"))
+    found = target_price(load_scenario("laws/pi-sine"))
     assert found == OnTarget(15, 5, 4, 0, 0, 6, 0, 24, 40)  # docs/target.md has the same bytes
 
 
@@ -95,7 +94,7 @@ def test_the_price_of_a_pi_is_what_its_text_says() -> None:
     ],
 )
 def test_a_law_that_cannot_be_counted_says_why(body: str, why: str, tmp_path) -> None:
-    found = on_target(law(tmp_path, body))
+    found = target_price(law(tmp_path, body))
     assert found.uncounted == why
     assert found.operations is None
 
@@ -103,18 +102,18 @@ def test_a_law_that_cannot_be_counted_says_why(body: str, why: str, tmp_path) ->
 def test_a_report_shows_margins_and_prices_and_says_what_has_none(tmp_path) -> None:
     manifest = part_of(made_up_manifest(), LAWS, CELLS)
     table = made_up_table(manifest)
-    rough = least([])._replace(points=3, nonlinear="it switches")
-    one = least([STABLE])._replace(points=3)
+    rough = least_margins([])._replace(points=3, nonlinear="it switches")
+    one = least_margins([STABLE])._replace(points=3)
     target = OnTarget(1234, 600, 500, 30, 4, 100, 2, 64, 216)
     own = {LAWS[0]: Properties(one, target), LAWS[1]: Properties(one, target._replace(operations=12))}
     own[LAWS[2]] = Properties(rough, OnTarget(uncounted=ENDLESS))
     properties = {"1": dict.fromkeys(CELLS, own)}
-    verdicts = judged(table, manifest, Rules(resamples=100), properties=properties)
-    found = findings(manifest, verdicts)
-    assert "target" in [picture.name for picture in pictures(found)]
+    verdicts = study_verdicts(table, manifest, Rules(resamples=100), properties=properties)
+    found = study_view(manifest, verdicts)
+    assert "target" in [picture.name for picture in study_pictures(found)]
     said = " ".join(sentences(found))
     assert "In small motions 2 of the 6 pairs of law and cell are not linear, and 0 unstable" in said
-    write_report(table, manifest, verdicts, tmp_path)
+    write_study_report(table, manifest, verdicts, tmp_path)
     page = (tmp_path / "report.html").read_text("utf-8")
     assert page.count('<td class="quiet">not linear</td>') == len(CELLS)
     assert page.count('<td class="n">1,234</td>') == len(CELLS) + 1

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from hydroservo.studies.pairs import pairs_of
+from hydroservo.studies.law_pairs import pairs_of
 from hydroservo.studies.trials import Rules
 from tools.planted import Spreads, coverage, normal, student, trials, with_lost
 

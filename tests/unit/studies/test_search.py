@@ -9,12 +9,18 @@ import pytest
 
 from hydroservo import HydroservoError, load_scenario, simulate_batch
 from hydroservo.core.block import replace
-from hydroservo.runs.space import Space
-from hydroservo.studies import judging
+from hydroservo.runs.tuning import SearchSpace
+from hydroservo.studies import conditions
 from hydroservo.studies import search as searching
-from hydroservo.studies.cells import coarse, entrants_of
-from hydroservo.studies.file import read_study
-from hydroservo.studies.judging import LOST, Evaluation, Group, Task, command_range, mean_logs
+from hydroservo.studies.cells import laws_in_cells, with_search_steps
+from hydroservo.studies.conditions import (
+    LOST,
+    ConditionGroup,
+    Evaluation,
+    SearchTask,
+    command_range,
+    mean_logs,
+)
 from hydroservo.studies.pareto import STILL, on_front
 from hydroservo.studies.search import (
     POINTS,
@@ -25,6 +31,7 @@ from hydroservo.studies.search import (
     widen_ranges,
     within_window,
 )
+from hydroservo.studies.spec_file import read_study
 
 GAIN = "controller.proportional_gain"
 INTEGRAL = "controller.integral_gain"
@@ -39,31 +46,31 @@ SHORT = {
 
 
 @pytest.fixture(scope="module")
-def task() -> Task:
+def task() -> SearchTask:
     """A search of the PI's in the study small, cut short."""
-    entrant = next(entrants_of(read_study("small", SHORT)))
+    entrant = next(laws_in_cells(read_study("small", SHORT)))
     groups = [
-        Group(
+        ConditionGroup(
             one.loop,
-            coarse(one.loop, 0.25e-3),
+            with_search_steps(one.loop, 0.25e-3),
             {split: own[kind] for split, own in entrant.drawn.items() if kind in own},
         )
         for kind, one in entrant.contender.assemblies.items()
     ]
-    return Task("pi", "low", 0, "rms_error", 256, 1, 0.4, None, entrant.contender.ranges, groups)
+    return SearchTask("pi", "low", 0, "rms_error", 256, 1, 0.4, None, entrant.contender.ranges, groups)
 
 
 def with_best_at(monkeypatch: pytest.MonkeyPatch, gain: float) -> None:
     """Have the error known: it is least at a gain, and the activity is as large as the gain."""
 
-    def cost(_: Task, points: Mapping[str, np.ndarray]) -> np.ndarray:
+    def cost(_: SearchTask, points: Mapping[str, np.ndarray]) -> np.ndarray:
         return np.stack([np.log(points[GAIN] / gain) ** 2, np.log(points[GAIN])], axis=1)
 
-    monkeypatch.setattr(searching, "cost", cost)
+    monkeypatch.setattr(searching, "training_costs", cost)
 
 
 def test_a_best_value_inside_is_found_and_no_range_widened(
-    task: Task, monkeypatch: pytest.MonkeyPatch
+    task: SearchTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with_best_at(monkeypatch, 2.0)
     found = search_front(task._replace(ranges=RANGE, candidates=1024, widen=3))
@@ -81,7 +88,7 @@ def test_a_best_value_inside_is_found_and_no_range_widened(
     ],
 )
 def test_a_range_at_whose_end_the_front_lies_is_a_decade_wider(
-    task: Task, monkeypatch: pytest.MonkeyPatch, best: float, widen: int, ends: tuple[float, float]
+    task: SearchTask, monkeypatch: pytest.MonkeyPatch, best: float, widen: int, ends: tuple[float, float]
 ) -> None:
     with_best_at(monkeypatch, best)
     found = search_front(task._replace(ranges=RANGE, widen=widen, candidates=4096))
@@ -90,35 +97,35 @@ def test_a_range_at_whose_end_the_front_lies_is_a_decade_wider(
     assert reached == pytest.approx(min(max(best, ends[0]), ends[1]), rel=0.05)
 
 
-def test_a_search_ends_when_its_front_is_still(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_search_ends_when_its_front_is_still(task: SearchTask, monkeypatch: pytest.MonkeyPatch) -> None:
     with_best_at(monkeypatch, 2.0)
     found = search_front(task._replace(ranges=RANGE, candidates=65_536))
     assert len(found.values) < 4096
     assert found.moved < STILL
 
 
-def test_a_range_stays_where_its_number_may_be(task: Task) -> None:
+def test_a_range_stays_where_its_number_may_be(task: SearchTask) -> None:
     """An exponent may be from 0.1 to below 1."""
     path = "controller.controller.error_dynamics.exponent_1"
     groups = [one._replace(loop=load_scenario("laws/fast-terminal-sine")) for one in task.groups]
-    terminal, space = task._replace(groups=groups), Space({path: (0.2, 0.9)})
+    terminal, space = task._replace(groups=groups), SearchSpace({path: (0.2, 0.9)})
     assert widen_ranges(terminal, space, np.array([[0.2], [0.9]])).ranges == space.ranges
 
 
-def test_an_end_at_zero_has_no_decade_below(task: Task) -> None:
-    space = Space({GAIN: (0.0, 3.0)})
+def test_an_end_at_zero_has_no_decade_below(task: SearchTask) -> None:
+    space = SearchSpace({GAIN: (0.0, 3.0)})
     assert widen_ranges(task, space, np.array([[0.0]])).ranges == {GAIN: (0.0, 3.0)}
     assert widen_ranges(task, space, np.array([[0.0], [3.0]])).ranges == {GAIN: (0.0, 30.0)}
 
 
 def test_units_are_where_values_come_from() -> None:
-    space = Space({GAIN: (0.03, 30.0), INTEGRAL: (0.0, 5.0)})
+    space = SearchSpace({GAIN: (0.03, 30.0), INTEGRAL: (0.0, 5.0)})
     units = np.random.default_rng(0).random((9, 2))
     values = np.stack(list(space.values(units).values()), axis=1)
     assert space.units(values) == pytest.approx(units)
 
 
-def test_a_search_is_the_same_each_time_and_its_points_are_judged(task: Task) -> None:
+def test_a_search_is_the_same_each_time_and_its_points_are_judged(task: SearchTask) -> None:
     first, again = search_table(task).to_pandas(), search_table(task).to_pandas()
     assert first.equals(again)
     sizes = first.groupby("split")["point"].nunique()
@@ -139,11 +146,11 @@ def test_a_search_is_the_same_each_time_and_its_points_are_judged(task: Task) ->
     assert set(np.flatnonzero(on_front(costs))) == set(first[first["split"] == "test"]["point"])
 
 
-def test_the_search_is_coarse_and_its_judgement_is_not(task: Task) -> None:
+def test_the_search_is_coarse_and_its_judgement_is_not(task: SearchTask) -> None:
     group = task.groups[0]
     assert (group.loop.simulation.substeps, group.coarse.simulation.substeps) == (10, 4)
-    assert coarse(group.loop, None) == group.loop
-    assert coarse(group.loop, 1e-9) == group.loop  # never finer than it is judged
+    assert with_search_steps(group.loop, None) == group.loop
+    assert with_search_steps(group.loop, 1e-9) == group.loop  # never finer than it is judged
 
 
 def test_a_window_ends_what_counts() -> None:
@@ -159,19 +166,21 @@ def test_the_references_window_begins_below_its_own_activity() -> None:
     assert own_window(costs, 0.4) == (pytest.approx(math.log(0.4)), math.inf)
 
 
-def test_a_metric_that_is_nan_is_refused(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_metric_that_is_nan_is_refused(task: SearchTask, monkeypatch: pytest.MonkeyPatch) -> None:
     def runs(*arguments: Any, **named: Any) -> Any:
         return simulate_batch(*arguments, **named).assign(rms_error=lambda one: np.nan * one.rms_error)
 
-    monkeypatch.setattr(judging, "simulate_batch", runs)
+    monkeypatch.setattr(conditions, "simulate_batch", runs)
     with pytest.raises(HydroservoError, match="is nan in runs that were not lost"):
         search_table(task)
 
 
 def test_a_search_in_which_nothing_is_possible_is_refused(
-    task: Task, monkeypatch: pytest.MonkeyPatch
+    task: SearchTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(searching, "cost", lambda _, points: np.full((points[GAIN].size, 2), np.inf))
+    monkeypatch.setattr(
+        searching, "training_costs", lambda _, points: np.full((points[GAIN].size, 2), np.inf)
+    )
     with pytest.raises(HydroservoError, match="pi in low: no candidate makes a valid controller"):
         search_table(task)
 

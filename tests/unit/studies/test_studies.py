@@ -15,11 +15,11 @@ from typer.testing import CliRunner
 
 import hydroservo as hs
 from hydroservo.cli.commands import app
-from hydroservo.studies.cells import entrants_of, units_of
-from hydroservo.studies.file import read_study
-from hydroservo.studies.report.findings import findings
-from hydroservo.studies.report.folder import conditions_in, repeats, write_report
-from hydroservo.studies.running import Studied
+from hydroservo.studies.cells import laws_in_cells, search_units
+from hydroservo.studies.report.folder import conditions_in, repeat_commands, write_study_report
+from hydroservo.studies.report.view import study_view
+from hydroservo.studies.spec_file import read_study
+from hydroservo.studies.study import StudyResult
 from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.plugins import LAW
 
@@ -46,16 +46,16 @@ def parts(folder: Path, name: str = "parts") -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def tiny(tmp_path_factory: pytest.TempPathFactory) -> Studied:
+def tiny(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
     return hs.study("small", tmp_path_factory.mktemp("tiny"), changes=TINY, workers=1)
 
 
 @pytest.fixture(scope="module")
-def few(tmp_path_factory: pytest.TempPathFactory) -> Studied:
+def few(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
     return hs.study("small", tmp_path_factory.mktemp("few"), changes=FEW, workers=1)
 
 
-def test_there_is_a_row_for_each_point_and_condition(tiny: Studied) -> None:
+def test_there_is_a_row_for_each_point_and_condition(tiny: StudyResult) -> None:
     table = tiny.table
     assert table.groupby(["law", "cell", "search_seed"]).ngroups == 4 * 2 * 2
     counts = table.groupby(["law", "cell", "search_seed", "point", "split"])["condition"].nunique().unstack()
@@ -67,7 +67,7 @@ def test_there_is_a_row_for_each_point_and_condition(tiny: Studied) -> None:
     assert not table["lost"].any()
 
 
-def test_each_law_has_margins_and_a_price_in_each_cell(tiny: Studied) -> None:
+def test_each_law_has_margins_and_a_price_in_each_cell(tiny: StudyResult) -> None:
     cells = tiny.verdicts.levels["1"].cells.values()
     for cell in cells:
         assert cell.properties.keys() == cell.standings.keys()
@@ -79,7 +79,7 @@ def test_each_law_has_margins_and_a_price_in_each_cell(tiny: Studied) -> None:
     assert 0 < operations[0] < operations[1] < operations[2]
 
 
-def test_a_row_is_repeated_alone_bit_for_bit(tiny: Studied) -> None:
+def test_a_row_is_repeated_alone_bit_for_bit(tiny: StudyResult) -> None:
     rows = tiny.table[(tiny.table["law"] == "terminal") & (tiny.table["cell"] == "high")]
     conditions = json.loads((tiny.folder / "conditions" / "high.json").read_text("utf-8"))
     for split, number in (("test", 1), ("stress", 2)):
@@ -109,7 +109,7 @@ def killed_now_and_then(folder: Path, changes: dict[str, Any]) -> int:
 
 @needs_posix
 def test_neither_kills_nor_processes_nor_what_was_done_before_change_a_bit(
-    tiny: Studied, tmp_path: Path
+    tiny: StudyResult, tmp_path: Path
 ) -> None:
     folder = tmp_path / "again"
     assert killed_now_and_then(folder, {**TINY, "search.seeds": 1}) > 2
@@ -123,7 +123,7 @@ def test_neither_kills_nor_processes_nor_what_was_done_before_change_a_bit(
     assert (folder / "study.json").read_bytes() == (tiny.folder / "study.json").read_bytes()
 
 
-def test_cells_of_one_machine_have_the_same_limits(tiny: Studied) -> None:
+def test_cells_of_one_machine_have_the_same_limits(tiny: StudyResult) -> None:
     cells = tiny.limits.set_index(["cell", "condition"]).unstack("condition")
     assert (cells.loc["low"] == cells.loc["high"]).all()
     assert len(parts(tiny.folder, "limits")) == 2
@@ -131,7 +131,7 @@ def test_cells_of_one_machine_have_the_same_limits(tiny: Studied) -> None:
     assert tiny.limits["converged"].all()
 
 
-def test_no_run_of_any_law_leaves_less_than_the_clairvoyant_limit(tiny: Studied) -> None:
+def test_no_run_of_any_law_leaves_less_than_the_clairvoyant_limit(tiny: StudyResult) -> None:
     tests = tiny.table[tiny.table["split"] == "test"]
     runs = tests.merge(tiny.limits, on=["cell", "condition"])
     assert len(runs) == 2 * tests.groupby(["law", "cell", "search_seed", "point"]).ngroups
@@ -143,7 +143,7 @@ def test_no_run_of_any_law_leaves_less_than_the_clairvoyant_limit(tiny: Studied)
 
 
 def test_a_limit_that_is_missing_is_sought_again_and_more_leave_those_there_are(
-    tiny: Studied, tmp_path: Path
+    tiny: StudyResult, tmp_path: Path
 ) -> None:
     folder = tmp_path / "one"
     shutil.copytree(tiny.folder, folder)
@@ -160,7 +160,7 @@ def test_a_limit_that_is_missing_is_sought_again_and_more_leave_those_there_are(
     assert parts(folder) == parts(tiny.folder)
 
 
-def test_what_another_study_left_waits_beside_the_table(few: Studied, tmp_path: Path) -> None:
+def test_what_another_study_left_waits_beside_the_table(few: StudyResult, tmp_path: Path) -> None:
     folder = shutil.copytree(few.folder, tmp_path / "two")
     other = hs.study("small", folder, changes={**FEW, "conditions.test": 6}, workers=2)
     assert len(parts(folder)) == 8
@@ -172,7 +172,7 @@ def test_what_another_study_left_waits_beside_the_table(few: Studied, tmp_path: 
     assert len(pd.read_parquet(folder / "parts")) == len(few.table)
 
 
-def test_what_a_study_has_no_more_has_no_scenarios(few: Studied, tmp_path: Path) -> None:
+def test_what_a_study_has_no_more_has_no_scenarios(few: StudyResult, tmp_path: Path) -> None:
     folder = shutil.copytree(few.folder, tmp_path / "three")
     third = {"axes.noise.levels.third": {"value": 0.05}}
     hs.study("small", folder, changes={**FEW, **third}, workers=1)
@@ -186,7 +186,7 @@ def test_what_a_study_has_no_more_has_no_scenarios(few: Studied, tmp_path: Path)
     assert len([*(folder / "scenarios").rglob("*.toml")]) == 4 * 2 * 2  # laws, cells, kinds
 
 
-def test_what_is_done_is_not_done_again(tiny: Studied) -> None:
+def test_what_is_done_is_not_done_again(tiny: StudyResult) -> None:
     before = {file: file.stat().st_mtime_ns for file in (tiny.folder / "parts").iterdir()}
     again = hs.study("small", tiny.folder, changes=TINY, workers=1)
     assert {file: file.stat().st_mtime_ns for file in (tiny.folder / "parts").iterdir()} == before
@@ -194,7 +194,7 @@ def test_what_is_done_is_not_done_again(tiny: Studied) -> None:
     assert again.verdicts.as_dict() == tiny.verdicts.as_dict()
 
 
-def test_only_what_changed_is_done(few: Studied, tmp_path: Path) -> None:
+def test_only_what_changed_is_done(few: StudyResult, tmp_path: Path) -> None:
     folder = shutil.copytree(few.folder, tmp_path / "changed")
     before = {file.name: file.stat().st_mtime_ns for file in (folder / "parts").iterdir()}
     hs.study("small", folder, changes={**FEW, "laws.lq.set": {"controller.effort": 1e-3}}, workers=2)
@@ -203,10 +203,10 @@ def test_only_what_changed_is_done(few: Studied, tmp_path: Path) -> None:
     assert len(before.items() & after.items()) == len(before) * 3 // 4  # three laws of four
 
 
-def test_a_command_of_the_report_gives_its_number(tiny: Studied, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_report(tiny.table, tiny.manifest, tiny.verdicts, tiny.folder)
-    found = findings(tiny.manifest, tiny.verdicts)
-    one = repeats(tiny.table, found, conditions_in(tiny.folder))["high", "terminal"]
+def test_a_command_of_the_report_gives_its_number(tiny: StudyResult, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_study_report(tiny.table, tiny.manifest, tiny.verdicts, tiny.folder)
+    found = study_view(tiny.manifest, tiny.verdicts)
+    one = repeat_commands(tiny.table, found, conditions_in(tiny.folder))["high", "terminal"]
     page = html.unescape((tiny.folder / "report.html").read_text("utf-8"))
     assert one.command in page
     monkeypatch.chdir(tiny.folder)
@@ -259,8 +259,8 @@ def test_a_study_of_files_of_ones_own_can_move_with_its_folder(
     found = hs.study(study, tmp_path / "there" / "deep" / "out", workers=2)
     (tmp_path / "there").rename(tmp_path / "elsewhere")
     folder = tmp_path / "elsewhere" / "deep" / "out"
-    report = findings(found.manifest, found.verdicts)._replace(level="8")
-    one = repeats(found.table, report, conditions_in(folder))["all", "own"]
+    report = study_view(found.manifest, found.verdicts)._replace(level="8")
+    one = repeat_commands(found.table, report, conditions_in(folder))["all", "own"]
     monkeypatch.chdir(folder)
     result = CliRunner().invoke(app, [*shlex.split(one.command)[1:], "--json"])
     assert result.exit_code == 0, result.output
@@ -274,9 +274,9 @@ def test_what_a_plugin_says_is_part_of_what_its_searches_depend_on(tmp_path: Pat
         asked = read_study(study)
         return {
             unit.key
-            for one in entrants_of(asked)
+            for one in laws_in_cells(asked)
             if one.law.name == law
-            for unit in units_of(asked, one, 1.0)
+            for unit in search_units(asked, one, 1.0)
         }
 
     before = {law: keys(law) for law in ("pi", "own")}

@@ -10,23 +10,22 @@ import numpy as np
 import pytest
 
 from hydroservo.core.formatting import brief
+from hydroservo.show.files import foreign_files
 from hydroservo.show.html import html_of
 from hydroservo.show.journal import Journal, decimal_commas
-from hydroservo.show.numbers import foreign_files
 from hydroservo.show.table import texts_of
 from hydroservo.show.terminal import show_finding
 from hydroservo.studies.fronts import choose_gains
-from hydroservo.studies.pairs import Ratio
-from hydroservo.studies.report.cell_tables import cell_tables
+from hydroservo.studies.law_pairs import ErrorRatio
 from hydroservo.studies.report.finding import study_finding
-from hydroservo.studies.report.findings import findings, grid_of
-from hydroservo.studies.report.folder import conditions_in, repeats, write_report
-from hydroservo.studies.report.pictures import pictures
-from hydroservo.studies.report.sentences import lead, sentences
-from hydroservo.studies.report.tables import front_table, law_tables
-from hydroservo.studies.running import Studied
+from hydroservo.studies.report.folder import conditions_in, repeat_commands, write_study_report
+from hydroservo.studies.report.pictures import study_pictures
+from hydroservo.studies.report.sentences import lead_sentence, sentences
+from hydroservo.studies.report.tables import cell_tables, front_table, law_tables
+from hydroservo.studies.report.view import grid_of, study_view
+from hydroservo.studies.study import StudyResult
 from hydroservo.studies.trials import GAINS, Rules, judged_columns
-from hydroservo.studies.verdicts import judged
+from hydroservo.studies.verdicts import study_verdicts
 from tests.support.study_data import (
     made_up_limits,
     made_up_manifest,
@@ -53,7 +52,7 @@ def study():
     """Manifest, table and verdicts of a small study."""
     manifest = part_of(made_up_manifest(), LAWS, CELLS)
     table = made_up_table(manifest)
-    return manifest, table, judged(table, manifest, RULES, made_up_limits(table))
+    return manifest, table, study_verdicts(table, manifest, RULES, made_up_limits(table))
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +61,7 @@ def folder(study, tmp_path_factory):
     out = tmp_path_factory.mktemp("report")
     write_conditions(manifest, out)
     steps = []
-    write_report(table, manifest, verdicts, out, progress=lambda *step: steps.append(step))
+    write_study_report(table, manifest, verdicts, out, progress=lambda *step: steps.append(step))
     assert steps[-1] == (5, 5)
     return out
 
@@ -82,7 +81,7 @@ def text_of(page):
 
 
 def test_the_folder_holds_the_page_and_each_picture(folder, study):
-    names = [one.name for one in pictures(findings(study[0], study[2]))]
+    names = [one.name for one in study_pictures(study_view(study[0], study[2]))]
     assert names == ["fronts", "map", "factorial", "parts", "limit"]
     files = [f"pictures/{name}.{ending}" for name in names for ending in ("png", "svg")]
     written = contents(folder)
@@ -109,7 +108,7 @@ def tables_of(found):
 
 def test_tables_have_what_the_page_shows(folder, study, page):
     shown = text_of(page)
-    tables = tables_of(findings(study[0], study[2]))
+    tables = tables_of(study_view(study[0], study[2]))
     assert len(tables) == 2 * (len(LEVELS) + len(CELLS))
     for table in tables:
         texts = texts_of(table)
@@ -132,7 +131,7 @@ def rows_of(table):
 
 def test_cells_of_tables_are_the_numbers_of_verdicts(study):
     manifest, _, verdicts = study
-    found = findings(manifest, verdicts)
+    found = study_view(manifest, verdicts)
     laws, _ = law_tables(found)
     for law, row in rows_of(laws).items():
         ratio = found.to_reference(law)
@@ -156,12 +155,12 @@ def test_cells_of_tables_are_the_numbers_of_verdicts(study):
 
 def test_a_table_has_one_unit_for_its_errors(study):
     manifest, _, verdicts = study
-    found = findings({**manifest, "unit": "N"}, verdicts)
+    found = study_view({**manifest, "unit": "N"}, verdicts)
     far = found._replace(verdicts=with_errors(verdicts, 1e7))
     for view, unit in ((found, "[N]"), (far, "[kN]")):
         headings = texts_of(cell_tables(view, CELLS[0])[0]).headings
         assert sum(one.endswith(unit) for one in headings) == 4
-    (table, *_) = study_finding(Studied(None, manifest, [], None, verdicts)).tables
+    (table, *_) = study_finding(StudyResult(None, manifest, [], None, verdicts)).tables
     assert {row[-2] for row in texts_of(table).rows} == {"mm/s"}
 
 
@@ -181,7 +180,7 @@ def with_errors(verdicts, factor):
 
 def test_the_best_law_and_its_ties_are_marked(study):
     manifest, _, verdicts = study
-    found = findings(manifest, verdicts)
+    found = study_view(manifest, verdicts)
     for name, cell in verdicts.levels["1"].cells.items():
         marks = {row[0].value: {one.mark for one in row} for row in cell_tables(found, name)[0].rows}
         assert {law for law, mark in marks.items() if mark == {"best"}} == set(filter(None, [cell.best.law]))
@@ -192,7 +191,7 @@ def test_the_best_law_and_its_ties_are_marked(study):
 
 def test_a_study_says_the_error_of_each_law_at_each_level(study, folder, capsys):
     manifest, table, verdicts = study
-    finding = study_finding(Studied(folder, manifest, table, None, verdicts))
+    finding = study_finding(StudyResult(folder, manifest, table, None, verdicts))
     assert finding.numbers == {"title": manifest["title"], **verdicts.as_dict()}
     assert [one.name for one in finding.tables] == [f"activity-{cell}" for cell in CELLS]
     for cell, one in zip(CELLS, finding.tables, strict=True):
@@ -208,7 +207,7 @@ def test_a_study_says_the_error_of_each_law_at_each_level(study, folder, capsys)
             assert lost.value == 100.0 * max(each.lost.value for each in standings)
             ties = [law.value in level.cells[cell].best.ties for level in verdicts.levels.values()]
             assert [error.mark == "best" for error in errors] == ties
-    assert finding.lead[0].lead == lead(findings(manifest, verdicts))
+    assert finding.lead[0].lead == lead_sentence(study_view(manifest, verdicts))
     show_finding(finding)
     shown = capsys.readouterr().out
     page = html.unescape(html_of(finding))
@@ -238,8 +237,8 @@ def test_equal_studies_give_equal_bytes(study, folder, tmp_path):
     manifest, table, _ = study
     shuffled = table.sample(frac=1.0, random_state=5)
     write_conditions(manifest, tmp_path)
-    verdicts = judged(shuffled, manifest, RULES, made_up_limits(shuffled))
-    write_report(shuffled, manifest, verdicts, tmp_path)
+    verdicts = study_verdicts(shuffled, manifest, RULES, made_up_limits(shuffled))
+    write_study_report(shuffled, manifest, verdicts, tmp_path)
     assert contents(tmp_path) == contents(folder)
 
 
@@ -263,8 +262,8 @@ def test_the_lead_counts_which_law_is_best_and_how_surely(study):
     won = {"state": "won", "law": "PI+ESO", "ties": ["PI+ESO"]}
     tie = {"state": "tie", "law": "PI+ESO", "ties": ["PI+ESO", "ADRC+ESO"]}
     none = {"state": "none", "families": [], "law": "", "ties": []}
-    found = findings(manifest, with_best(verdicts, **dict(zip(CELLS, (won, tie, none), strict=True))))
-    assert lead(found) == (
+    found = study_view(manifest, with_best(verdicts, **dict(zip(CELLS, (won, tie, none), strict=True))))
+    assert lead_sentence(found) == (
         "At PI+ESO's own activity, PI+ESO is best in 2 of 3 cells (in 1 surely); in 1 every law loses too "
         "many runs."
     )
@@ -272,8 +271,8 @@ def test_the_lead_counts_which_law_is_best_and_how_surely(study):
 
 def test_each_level_has_its_sentence(study):
     manifest, _, verdicts = study
-    found = findings(manifest, verdicts)
-    said = [lead(found), *sentences(found)]
+    found = study_view(manifest, verdicts)
+    said = [lead_sentence(found), *sentences(found)]
     for text in ("At PI+ESO's own activity, ", "At 0.5 times PI+ESO's", "At 2 times PI+ESO's"):
         assert sum(one.startswith(text) and "is best in" in one for one in said) == 1
     assert any("oscillates for good in some test runs" in one for one in said)
@@ -284,9 +283,9 @@ def test_who_cannot_be_so_calm_is_said_and_has_no_error(study):
     manifest, table, _ = study
     lively = (table["law"] == "ADRC+ESO") & (table["cell"] == CELLS[0])
     table = table.assign(activity=np.where(lively, 1e3 * table["activity"], table["activity"]))
-    verdicts = judged(table, manifest, RULES)
+    verdicts = study_verdicts(table, manifest, RULES)
     assert "ADRC+ESO" not in verdicts.levels["2"].cells[CELLS[0]].standings
-    found = findings(manifest, verdicts)
+    found = study_view(manifest, verdicts)
     assert np.isnan(found.to_reference("ADRC+ESO").value)
     row = rows_of(law_tables(found)[0])["ADRC+ESO"]
     assert row["no gains"] == 1
@@ -294,7 +293,7 @@ def test_who_cannot_be_so_calm_is_said_and_has_no_error(study):
     assert any("1 law cannot be compared in every cell" in one for one in sentences(found))
     lost = (table["law"] == "ADRC+ESO") & (table["cell"] == CELLS[0]) & (table["split"] == "test")
     table = study[1].assign(lost=lost | study[1]["lost"], error=study[1]["error"].mask(lost, np.inf))
-    found = findings(manifest, judged(table, manifest, RULES))
+    found = study_view(manifest, study_verdicts(table, manifest, RULES))
     assert np.isnan(found.to_reference("ADRC+ESO").value)
 
 
@@ -306,8 +305,8 @@ def test_where_no_law_is_so_calm_is_said(study):
         (dict([*own.cells.items()][:1]), "in 2 no law has so low an activity"),
     ):
         levels = {**verdicts.levels, "1": own._replace(cells=cells)}
-        view = findings(manifest, verdicts)._replace(verdicts=verdicts._replace(levels=levels))
-        assert text in lead(view)
+        view = study_view(manifest, verdicts)._replace(verdicts=verdicts._replace(levels=levels))
+        assert text in lead_sentence(view)
 
 
 def test_an_interval_that_no_verdict_is_by_says_so(study, page):
@@ -320,7 +319,7 @@ def test_an_interval_that_no_verdict_is_by_says_so(study, page):
 
 def test_the_page_says_each_sentence_and_each_number(study, page):
     manifest, _, verdicts = study
-    found = findings(manifest, verdicts)
+    found = study_view(manifest, verdicts)
     text = text_of(page)
     for sentence in sentences(found):
         assert " ".join(sentence.split()) in text
@@ -346,7 +345,7 @@ def runs_at_own(manifest, table):
 def test_lost_runs_are_said(study):
     manifest, table, verdicts = study
     tests = runs_at_own(manifest, table)
-    said = next(one for one in sentences(findings(manifest, verdicts)) if "test runs were lost" in one)
+    said = next(one for one in sentences(study_view(manifest, verdicts)) if "test runs were lost" in one)
     assert tests["lost"].sum() > 0
     assert said.startswith(f"{tests['lost'].sum():,} of the {len(tests):,} test runs were lost")
 
@@ -360,10 +359,12 @@ def test_what_a_part_earns_is_said_as_its_interval_has_it(study):
         ((1.0, 0.9, 1.1), "earns nothing"),
         ((0.8, 0.7, 0.9), "does harm"),
     ):
-        at = own._replace(worths={LAWS[-1]: worth._replace(over_cells=Ratio(*ratio))})
+        at = own._replace(worths={LAWS[-1]: worth._replace(over_cells=ErrorRatio(*ratio))})
         changed = verdicts._replace(levels={**verdicts.levels, "1": at})
         assert any(
-            said in one and "[" in one for one in sentences(findings(manifest, changed)) if "terminal" in one
+            said in one and "[" in one
+            for one in sentences(study_view(manifest, changed))
+            if "terminal" in one
         )
 
 
@@ -376,7 +377,7 @@ def test_the_page_says_how_far_each_law_is_from_the_limits(study, page):
     for cell in verdicts.levels["1"].cells.values():
         for one in cell.limit.laws.values():
             assert np.isnan(one.clairvoyant) or interval_text(one[:3]) in text
-    said = sentences(findings(manifest, verdicts))
+    said = sentences(study_view(manifest, verdicts))
     assert any("the least error of any command that knows the future" in one for one in said)
     assert any(re.match("Of [23] conditions the search for the limit did not end", one) for one in said)
     assert not any("left less than the clairvoyant limit" in one for one in said)
@@ -384,17 +385,17 @@ def test_the_page_says_how_far_each_law_is_from_the_limits(study, page):
 
 def test_without_limits_nothing_is_said_of_them(study):
     manifest, table, _ = study
-    verdicts = judged(table, manifest, RULES)
-    found = findings(manifest | {"limits": {"conditions": 0}}, verdicts)
+    verdicts = study_verdicts(table, manifest, RULES)
+    found = study_view(manifest | {"limits": {"conditions": 0}}, verdicts)
     assert not any(one.name.startswith("limits") for cell in CELLS for one in cell_tables(found, cell))
-    assert "limit" not in [one.name for one in pictures(found)]
+    assert "limit" not in [one.name for one in study_pictures(found)]
     assert not any("limit" in one for one in sentences(found))
 
 
 def test_a_command_repeats_the_run_in_the_middle(study, folder):
     manifest, table, verdicts = study
     law, cell = LAWS[-1], "fast-low-quick"
-    one = repeats(table, findings(manifest, verdicts), conditions_in(folder))[cell, law]
+    one = repeat_commands(table, study_view(manifest, verdicts), conditions_in(folder))[cell, law]
     words = shlex.split(one.command)
     assert words[:4] == ["hydroservo", "run", "--strict", f"scenarios/{cell}/{law}/sine.toml"]
     sets = dict(word.split("=") for word in words[5::2])
@@ -444,7 +445,7 @@ def test_a_study_of_one_law_in_one_cell_has_a_report(tmp_path):
     }
     whole = part_of(made_up_manifest(), ["PI+ESO"], ["fast-low-quick"])
     table = made_up_table(whole)
-    write_report(table, manifest, judged(table, manifest, RULES), tmp_path)
+    write_study_report(table, manifest, study_verdicts(table, manifest, RULES), tmp_path)
     text = text_of((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "At PI+ESO's own activity, PI+ESO is best in 1 of 1 cell (in 1 surely)." in text
     assert "This folder does not hold the conditions" in text
@@ -454,7 +455,9 @@ def test_tables_have_decimal_commas_where_asked(tmp_path):
     manifest = part_of(made_up_manifest(), LAWS[:3], ["slow-high-lagging"])
     table = made_up_table(manifest)
     for name, journal in (("points", Journal()), ("commas", Journal(decimal_comma=True))):
-        write_report(table, manifest, judged(table, manifest, RULES), tmp_path / name, journal=journal)
+        write_study_report(
+            table, manifest, study_verdicts(table, manifest, RULES), tmp_path / name, journal=journal
+        )
     points = {path.name: path.read_text() for path in (tmp_path / "points" / "tables").glob("*.csv")}
     commas = {path.name: path.read_text() for path in (tmp_path / "commas" / "tables").glob("*.csv")}
     assert points
@@ -464,7 +467,7 @@ def test_tables_have_decimal_commas_where_asked(tmp_path):
 def test_a_study_that_nobody_masters_has_a_report(tmp_path):
     manifest = part_of(made_up_manifest(), LAWS[:3], ["slow-high-lagging"])
     table = made_up_table(manifest)
-    write_report(table, manifest, judged(table, manifest, RULES), tmp_path)
+    write_study_report(table, manifest, study_verdicts(table, manifest, RULES), tmp_path)
     assert "every law loses too many runs in every cell" in text_of(
         (tmp_path / "report.html").read_text("utf-8")
     )

@@ -9,7 +9,7 @@ import pytest
 
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.studies.trials import Rules
-from hydroservo.studies.verdicts import judged
+from hydroservo.studies.verdicts import study_verdicts
 from tools.planted import Spreads, manifest, rows, trials, with_lost
 
 RULES = Rules(resamples=200)
@@ -40,7 +40,7 @@ def table(levels=LEVELS, cells=("calm", "noisy"), conditions=40, lost=None):
     return pd.concat(parts, ignore_index=True)
 
 
-FOUND = judged(table(), manifest(LAWS), RULES)
+FOUND = study_verdicts(table(), manifest(LAWS), RULES)
 
 
 def test_what_was_planted_is_found():
@@ -61,7 +61,7 @@ def test_what_was_planted_is_found():
     assert own.worths["lq-plain"].over_cells.value == pytest.approx(0.9 / 0.8, rel=0.03)
     assert (own.worths["lq-plain"].whole, own.worths["lq-plain"].wins) == ("lq", 2)
     alike = manifest(LAWS | {"pi-copy": LAWS["lq"]})  # a law of the same making is not the whole of it
-    assert judged(table(), alike, RULES).levels["1"].worths["lq-plain"] == own.worths["lq-plain"]
+    assert study_verdicts(table(), alike, RULES).levels["1"].worths["lq-plain"] == own.worths["lq-plain"]
     assert own.prices["V over VP"].value == pytest.approx(1.25, rel=0.05)
     assert own.areas["lq"].near_best == 1.0
     # of the logarithms -0.22, 0 and 0 the family explains 3/4, and the observer nothing beyond it
@@ -70,12 +70,12 @@ def test_what_was_planted_is_found():
 
 def test_the_order_of_rows_changes_no_bit():
     shuffled = table().sample(frac=1.0, random_state=0)
-    assert same(judged(shuffled, manifest(LAWS), RULES), FOUND)
+    assert same(study_verdicts(shuffled, manifest(LAWS), RULES), FOUND)
 
 
 def test_categories_of_text_change_no_bit():
     names = dict.fromkeys(("law", "cell", "split"), "category")
-    assert same(judged(table().astype(names), manifest(LAWS), RULES), FOUND)
+    assert same(study_verdicts(table().astype(names), manifest(LAWS), RULES), FOUND)
 
 
 def same(one, other):
@@ -83,7 +83,7 @@ def same(one, other):
 
 
 def test_other_laws_change_no_interval():
-    few = judged(table({law: LEVELS[law] for law in ("lq", "pi")}), manifest(LAWS), RULES).levels["1"]
+    few = study_verdicts(table({law: LEVELS[law] for law in ("lq", "pi")}), manifest(LAWS), RULES).levels["1"]
     for cell, one in few.cells.items():
         (alone,) = one.pairs
         there = FOUND.levels["1"].cells[cell]
@@ -95,19 +95,19 @@ def test_other_laws_change_no_interval():
 def test_it_is_json():
     text = json.dumps(FOUND.as_dict(), allow_nan=False)
     assert json.loads(text)["levels"]["1"]["cells"]["calm"]["best"]["law"] == "lq"
-    one = judged(table(conditions=1), manifest(LAWS), RULES).as_dict()
+    one = study_verdicts(table(conditions=1), manifest(LAWS), RULES).as_dict()
     assert one["levels"]["1"]["cells"]["calm"]["pairs"][0]["high"] is None
     json.dumps(one, allow_nan=False)
 
 
 def test_one_condition_makes_nobody_win():
-    found = judged(table(conditions=1), manifest(LAWS), RULES).levels["1"]
+    found = study_verdicts(table(conditions=1), manifest(LAWS), RULES).levels["1"]
     assert not any(pair.winner for one in found.cells.values() for pair in one.pairs)
     assert {one.best.state for one in found.cells.values()} == {"tie"}
 
 
 def test_most_lost():
-    found = judged(table(lost=np.arange(40) < 20), manifest(LAWS), RULES).levels["1"]
+    found = study_verdicts(table(lost=np.arange(40) < 20), manifest(LAWS), RULES).levels["1"]
     for one in found.cells.values():
         assert (one.best.state, one.best.law) == ("none", "")
         assert one.standings["pi"].lost.value == 0.5
@@ -117,11 +117,11 @@ def test_most_lost():
 
 def test_a_reference_that_loses_all_has_no_activity():
     with pytest.raises(HydroservoError, match="cell calm: the reference, pi, loses all its runs"):
-        judged(table(lost=np.ones(40, dtype=bool)), manifest(LAWS), RULES)
+        study_verdicts(table(lost=np.ones(40, dtype=bool)), manifest(LAWS), RULES)
 
 
 def test_one_law():
-    found = judged(table({"pi": 1.0}), manifest(LAWS), RULES).levels["1"]
+    found = study_verdicts(table({"pi": 1.0}), manifest(LAWS), RULES).levels["1"]
     assert found.cells["calm"].best[:4] == ("pi", ["pi"], ["pi"], "won")
     assert found.cells["calm"].pairs == []
     assert found.effects == {}
@@ -153,7 +153,7 @@ def without(rows_, **values):
 )
 def test_what_cannot_be_judged_is_refused(change, message):
     with pytest.raises(HydroservoError, match=message):
-        judged(change(table()), manifest(LAWS), RULES)
+        study_verdicts(change(table()), manifest(LAWS), RULES)
 
 
 @pytest.mark.parametrize(
@@ -166,7 +166,7 @@ def test_what_cannot_be_judged_is_refused(change, message):
 )
 def test_a_manifest_that_does_not_say_is_refused(own, message):
     with pytest.raises(HydroservoError, match=re.escape(message)):
-        judged(table({"pi": 1.0}), manifest({}) | {"laws": {"pi": own}}, RULES)
+        study_verdicts(table({"pi": 1.0}), manifest({}) | {"laws": {"pi": own}}, RULES)
 
 
 @pytest.mark.parametrize(
@@ -183,4 +183,4 @@ def test_a_manifest_that_does_not_say_is_refused(own, message):
 )
 def test_rules_out_of_range_are_refused(name, value):
     with pytest.raises(ParameterError, match=rf"rules.{name} = "):
-        judged(table(), manifest(LAWS), RULES._replace(**{name: value}))
+        study_verdicts(table(), manifest(LAWS), RULES._replace(**{name: value}))

@@ -12,7 +12,7 @@ from hydroservo.core.signals import Seen
 class ThisSignal(NamedTuple):
     """In place of the signal that a law controls: that of its loop.
 
-    It is filled in at the start of a run, by ``hydroservo.runs.run.ready``, and not by
+    It is filled in at the start of a run, by ``hydroservo.runs.run.runnable_loop``, and not by
     :func:`~hydroservo.control.wiring.wired`: a loop that is loaded or wired may yet be given another signal.
 
     Source: a definition.

@@ -22,7 +22,9 @@ from hydroservo.export.parts import (
 from hydroservo.export.unit import CModule, Part
 from hydroservo.language.names import place_in_c
 from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.run import Mode, kernel_of, plan_of, ready, studied, wanted_of
+from hydroservo.runs.kernels import Mode, kernel_of, recording_of, run_spec
+from hydroservo.runs.run import runnable_loop
+from hydroservo.runs.trace import plan_of
 
 STRETCHES = 10
 IN_A_ROW = 50  # samples in each stretch
@@ -67,7 +69,7 @@ def make_vectors(loop: Loop, part: Part, unit: CModule) -> Vectors:
     precision a sample without velocity and one of huge numbers follow, each before 20 good samples. A whole
     loop and a demand have no inputs; they run through their first 500 samples.
     """
-    loop = ready(loop) if part is Part.DEMAND else with_its_substeps(ready(loop))
+    loop = runnable_loop(loop) if part is Part.DEMAND else with_its_substeps(runnable_loop(loop))
     inputs, made = closed_loop_inputs(loop, part)
     if part is Part.CONTROLLER and unit.real == "double":
         inputs += bad_inputs(inputs)
@@ -122,7 +124,7 @@ def closed_loop(loop: Loop) -> Iterator[tuple[float, LoopState]]:
     plan = plan_of(loop, state, ())
     nothing = np.empty((1, 0))
     with compilation(loop):
-        study, wanted = studied(loop, plan.samples), wanted_of(loop, state, plan.paths)
+        study, wanted = run_spec(loop, plan.samples), recording_of(loop, state, plan.paths)
         run = kernel_of(study, wanted, state, Mode(compiled=True, strict=True))
     done = 0
     for sample in stretch_numbers(plan.samples):

@@ -12,7 +12,7 @@ from hydroservo.figures.studies.looks import (
     FAMILIES,
     INK,
     SOFT,
-    Named,
+    NamedPoint,
     family_colours,
     fix_layout,
     name_points,
@@ -26,7 +26,7 @@ KEY = 0.9  # inch, of what is below
 WORST = 1.35  # times the reference's error, up to which fronts are shown
 MARGIN = 1.15  # about the levels and the least error
 PALE = "#c9d1d8"
-Ratio = tuple[float, float, float]  # value, low, high
+RatioInterval = tuple[float, float, float]  # value, low, high
 SIZE = 5.5  # points
 ABOUT_POINTS = 1.4  # about the points
 KINDS = {"linear": "with margins", "rough": "not linear", "unstable": "unstable"}
@@ -39,7 +39,9 @@ class FrontLine(NamedTuple):
 
     law: str
     activity: Sequence[float]  # over that of the reference, rising
-    error: Sequence[Ratio]  # over that of the reference at its own activity, falling, with its interval
+    error: Sequence[
+        RatioInterval
+    ]  # over that of the reference at its own activity, falling, with its interval
     taken: Sequence[tuple[float, float]]  # activity and error of the points that are compared
 
 
@@ -58,13 +60,6 @@ def plot_fronts(
     """Error over command activity, both over the reference's; bands are intervals of named laws.
 
     Dots are the points at which laws are compared.
-
-    Args:
-        panels: of each cell.
-        named: the laws that have colours, in order; others are pale.
-        reference: the law of which both axes are multiples.
-        levels: the activities at which laws are compared.
-        unit: of the error.
     """
     colours = dict(zip(named, cycle(FAMILIES), strict=False)) | {reference: INK}
     across = min(ACROSS, len(panels))
@@ -89,7 +84,7 @@ def plot_fronts(
             axis.set_xlabel(f"activity over {reference}'s")
         for axis in axes[:, 0]:
             axis.set_ylabel(f"error over {reference}'s")
-        fig.legend(handles=key(colours, pale), loc="outside lower center", ncols=4)
+        fig.legend(handles=front_key(colours, pale), loc="outside lower center", ncols=4)
         fix_layout(fig)
     return fig
 
@@ -107,7 +102,7 @@ def draw_lines(axis: Axes, lines: Sequence[FrontLine], colours: Mapping[str, str
             axis.fill_between(line.activity, low, high, color=colour, alpha=0.15, linewidth=0, zorder=2)
 
 
-def key(colours: Mapping[str, str], pale: bool) -> list[Line2D]:
+def front_key(colours: Mapping[str, str], pale: bool) -> list[Line2D]:
     """What colours mean."""
     own = [Line2D([], [], color=colour, linewidth=1.2, label=law) for law, colour in colours.items()]
     return [*own, Line2D([], [], color=PALE, linewidth=0.8, label="other laws")] if pale else own
@@ -127,12 +122,6 @@ def plot_target(points: Sequence[TargetPoint], families: Sequence[str], metric: 
     """Error against operations a sample; hollow marks are of laws that have no margins.
 
     A line shows the least error that is to be had for so many operations.
-
-    Args:
-        points: of one cell, with finite errors.
-        families: all of the study, in the order that gives them their colours.
-        metric: what the error is.
-        unit: of the error.
     """
     colours = family_colours(families)
     label, factor = readable_unit(unit, max(point.error for point in points))
@@ -145,11 +134,11 @@ def plot_target(points: Sequence[TargetPoint], families: Sequence[str], metric: 
         plain_log(axis.yaxis, min(errors) / ABOUT_POINTS**0.5, max(errors) * ABOUT_POINTS**0.5)
         axis.plot(*zip(*steps, strict=True), color=SOFT, linewidth=0.8, zorder=1)
         for point, error in zip(points, errors, strict=True):
-            axis.add_line(mark(point.kind, colours[point.family], point.operations, error))
+            axis.add_line(kind_mark(point.kind, colours[point.family], point.operations, error))
         axis.set_xlabel("operations with real numbers a sample, at most")
         axis.set_ylabel(f"{metric} [{label}]")
         fig.legend(handles=key_of_kinds(points, colours), loc="outside right upper", labelspacing=0.7)
-        names = [Named(one.law, one.operations, factor * one.error, INK) for one in points]
+        names = [NamedPoint(one.law, one.operations, factor * one.error, INK) for one in points]
         name_points(fig, axis, names, [], steps)
     return fig
 
@@ -165,7 +154,7 @@ def staircase(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]
     return found
 
 
-def mark(kind: str, colour: str, x: float, y: float) -> Line2D:
+def kind_mark(kind: str, colour: str, x: float, y: float) -> Line2D:
     found = Line2D([x], [y], linestyle="", color=colour, zorder=3)
     found.set(marker=MARKS[kind], fillstyle=FILLS[kind], markersize=SIZE, markeredgewidth=1.2)
     return found
@@ -176,7 +165,7 @@ def key_of_kinds(points: Sequence[TargetPoint], colours: dict[str, str]) -> list
     shown = [family for family in colours if any(point.family == family for point in points)]
     hues = [Line2D([], [], marker="o", linestyle="", color=colours[one], label=one) for one in shown]
     kinds = [kind for kind in KINDS if any(point.kind == kind for point in points)]
-    marks = [mark(kind, SOFT, 0.0, 0.0) for kind in kinds]
+    marks = [kind_mark(kind, SOFT, 0.0, 0.0) for kind in kinds]
     for one, kind in zip(marks, kinds, strict=True):
         one.set_label(KINDS[kind])
     return [*hues, Line2D([], [], linestyle="", label="in small motions"), *marks]

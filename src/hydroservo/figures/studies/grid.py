@@ -15,22 +15,22 @@ CHARACTER = 0.07  # inch
 BESIDE = 20  # characters in a line beside a row of panels
 
 
-class Level(NamedTuple):
+class GridLevel(NamedTuple):
     """A value that an axis of a study takes."""
 
     name: str  # as cells have it
     label: str  # as axes show it
 
 
-class Axis(NamedTuple):
+class GridAxis(NamedTuple):
     """What varies between the cells of a study."""
 
     name: str
     label: str
-    levels: Sequence[Level]
+    levels: Sequence[GridLevel]
 
 
-class Place(NamedTuple):
+class CellPlace(NamedTuple):
     """Where a cell lies: row and column of its panel, then y (upwards) and x inside it."""
 
     row: int
@@ -39,55 +39,55 @@ class Place(NamedTuple):
     x: int
 
 
-class Grid(NamedTuple):
+class MapGrid(NamedTuple):
     """The cells of a study and the axes on which they lie, as a map shows them.
 
     The first two axes lie inside a panel, across and upwards; the third makes columns of panels and all
     others rows. Any of them may be missing, and so may cells.
     """
 
-    axes: Sequence[Axis]
+    axes: Sequence[GridAxis]
     cells: Mapping[str, Mapping[str, str]]  # cell -> axis -> level
 
     @property
-    def inside(self) -> tuple[Sequence[Level], Sequence[Level]]:
+    def inside(self) -> tuple[Sequence[GridLevel], Sequence[GridLevel]]:
         """The levels across and upwards in a panel; one without a name where the axis is missing."""
-        across, up = (levels_of(self.axes, index) for index in range(INSIDE))
+        across, up = (axis_levels(self.axes, index) for index in range(INSIDE))
         return across, up
 
     @property
     def rows(self) -> Sequence[Sequence[str]]:
         """What is the same in a row of panels."""
-        return headings(self.axes[INSIDE + 1 :])
+        return level_lines(self.axes[INSIDE + 1 :])
 
     @property
     def columns(self) -> Sequence[Sequence[str]]:
         """What is the same in a column of panels."""
-        return headings(self.axes[INSIDE : INSIDE + 1])
+        return level_lines(self.axes[INSIDE : INSIDE + 1])
 
-    def places(self) -> dict[str, Place]:
+    def places(self) -> dict[str, CellPlace]:
         """Where each cell lies."""
         return {cell: self.place(levels) for cell, levels in self.cells.items()}
 
-    def place(self, levels: Mapping[str, str]) -> Place:
+    def place(self, levels: Mapping[str, str]) -> CellPlace:
         at = [[level.name for level in axis.levels].index(levels[axis.name]) for axis in self.axes]
         row = 0
         for axis, index in zip(self.axes[INSIDE + 1 :], at[INSIDE + 1 :], strict=True):
             row = row * len(axis.levels) + index
         x, y, column = [*at, 0, 0, 0][: INSIDE + 1]
-        return Place(row, column, y, x)
+        return CellPlace(row, column, y, x)
 
 
-def levels_of(axes: Sequence[Axis], index: int) -> Sequence[Level]:
-    return axes[index].levels if index < len(axes) else (Level("", ""),)
+def axis_levels(axes: Sequence[GridAxis], index: int) -> Sequence[GridLevel]:
+    return axes[index].levels if index < len(axes) else (GridLevel("", ""),)
 
 
-def headings(axes: Sequence[Axis]) -> Sequence[Sequence[str]]:
+def level_lines(axes: Sequence[GridAxis]) -> Sequence[Sequence[str]]:
     """For each combination of levels a line for each axis."""
     return [*product(*([f"{axis.label}: {level.label}" for level in axis.levels] for axis in axes))]
 
 
-def label_axes(axis: "Axes", grid: Grid, *, bottom: bool = True, left: bool = True) -> None:
+def label_axes(axis: "Axes", grid: MapGrid, *, bottom: bool = True, left: bool = True) -> None:
     """Name the levels of a panel whose cells have their middles at whole numbers."""
     across, up = grid.inside
     axis.set_xlim(-0.5, len(across) - 0.5)
@@ -101,7 +101,7 @@ def label_axes(axis: "Axes", grid: Grid, *, bottom: bool = True, left: bool = Tr
     axis.set_yticks(range(len(up)), [level.label for level in up])
 
 
-def label_panels(fig: "FigureBase", panels: "Sequence[Sequence[Axes]]", grid: Grid) -> None:
+def label_panels(fig: "FigureBase", panels: "Sequence[Sequence[Axes]]", grid: MapGrid) -> None:
     """Name the axes of the panels once, and beside each row and above each column what is the same there."""
     room = int(TEXT_WIDTH / len(grid.columns) / CHARACTER)
     for axis, heading in zip(panels[0], grid.columns, strict=True):

@@ -49,19 +49,19 @@ AIR = 1.5  # pixels about a name
 OUTSIDE = 1e6  # pixels: worse than any overlap
 
 
-def distinct(names: Iterable[str]) -> list[str]:
+def without_repetitions(names: Iterable[str]) -> list[str]:
     """The names without repetitions, in order of their first appearance."""
     return list(dict.fromkeys(names))
 
 
 def family_colours(families: Iterable[str]) -> dict[str, str]:
     """A colour for each family of laws, in order of appearance; from the eleventh on they come again."""
-    return dict(zip(distinct(families), cycle(FAMILIES), strict=False))
+    return dict(zip(without_repetitions(families), cycle(FAMILIES), strict=False))
 
 
 def observer_marks(observers: Iterable[str]) -> Mapping[str, str]:
     """A mark for each observer but that without a name; from the ninth on they come again."""
-    return dict(zip((name for name in distinct(observers) if name), cycle(MARKS), strict=False))
+    return dict(zip((name for name in without_repetitions(observers) if name), cycle(MARKS), strict=False))
 
 
 def paler(colour: str, share: float) -> str:
@@ -110,7 +110,7 @@ def round_ticks(low: float, high: float, most: int) -> list[float]:
     return found
 
 
-class Named(NamedTuple):
+class NamedPoint(NamedTuple):
     """A point and its name."""
 
     name: str
@@ -122,7 +122,7 @@ class Named(NamedTuple):
 def name_points(
     fig: Figure,
     axis: Axes,
-    named: Sequence[Named],
+    named: Sequence[NamedPoint],
     others: Sequence[tuple[float, float]],
     line: Sequence[tuple[float, float]] = (),
 ) -> None:
@@ -130,23 +130,18 @@ def name_points(
 
     Each takes the nearest place that is free, in the order given; where none is, that of the least overlap.
     Call it last, for it takes the layout as it is.
-
-    Args:
-        fig: the figure.
-        axis: the axes of the points.
-        named: the points that have a name.
-        others: x and y of the points that have none.
-        line: x and y of its corners.
     """
     fix_layout(fig)
     points = axis.transData.transform([(one.x, one.y) for one in named] + [*others])
     dots = np.concatenate([points, dotted(axis.transData.transform(line or [(1.0, 1.0)]))])
     taken = np.hstack([dots - HALF, dots + HALF])
-    offsets = np.array([(far * cos(angle), far * sin(angle)) for far, angle in product(DISTANCES, angles())])
+    offsets = np.array(
+        [(far * cos(angle), far * sin(angle)) for far, angle in product(DISTANCES, name_directions())]
+    )
     for one, point in zip(named, points[: len(named)], strict=True):
-        found = boxes(point, offsets * fig.dpi / 72.0, size(fig, one.name))
-        best = int(np.argmin(costs(found, taken, np.asarray(axis.bbox.padded(-EDGE).extents))))
-        write(axis, one, (float(offsets[best, 0]), float(offsets[best, 1])))
+        found = name_boxes(point, offsets * fig.dpi / 72.0, name_size(fig, one.name))
+        best = int(np.argmin(overlap_costs(found, taken, np.asarray(axis.bbox.padded(-EDGE).extents))))
+        write_name(axis, one, (float(offsets[best, 0]), float(offsets[best, 1])))
         taken = np.vstack([taken, found[best]])
 
 
@@ -159,14 +154,14 @@ def dotted(corners: Numbers) -> Numbers:
     return np.concatenate(found)
 
 
-def angles() -> list[float]:
+def name_directions() -> list[float]:
     """Directions, those beside a point before those above and below it."""
     return sorted(
         (2.0 * pi * step / ROUND + pi / ROUND for step in range(ROUND)), key=lambda one: abs(sin(one))
     )
 
 
-def size(fig: Figure, name: str) -> tuple[float, float]:
+def name_size(fig: Figure, name: str) -> tuple[float, float]:
     """Width and height of a name, in pixels."""
     text = fig.text(0.0, 0.0, name, fontsize=SIZE)
     found = text.get_window_extent()
@@ -174,7 +169,7 @@ def size(fig: Figure, name: str) -> tuple[float, float]:
     return found.width, found.height
 
 
-def boxes(point: Numbers, offsets: Numbers, extent: tuple[float, float]) -> Numbers:
+def name_boxes(point: Numbers, offsets: Numbers, extent: tuple[float, float]) -> Numbers:
     """Where a name would lie, with air about it: beyond each offset, on the side away from the point.
 
     Returns:
@@ -186,7 +181,7 @@ def boxes(point: Numbers, offsets: Numbers, extent: tuple[float, float]) -> Numb
     return np.stack([left - AIR, bottom - AIR, left + width + AIR, bottom + height + AIR], axis=1)
 
 
-def costs(found: Numbers, taken: Numbers, panel: Numbers) -> Numbers:
+def overlap_costs(found: Numbers, taken: Numbers, panel: Numbers) -> Numbers:
     """The area, in pixels, that each box would share with others, and more where it leaves the panel."""
     low = np.maximum(found[:, np.newaxis, :2], taken[np.newaxis, :, :2])
     high = np.minimum(found[:, np.newaxis, 2:], taken[np.newaxis, :, 2:])
@@ -195,7 +190,7 @@ def costs(found: Numbers, taken: Numbers, panel: Numbers) -> Numbers:
     return shared + np.where(kept, 0.0, OUTSIDE)
 
 
-def write(axis: Axes, named: Named, offset: tuple[float, float]) -> None:
+def write_name(axis: Axes, named: NamedPoint, offset: tuple[float, float]) -> None:
     """A name at an offset in points, with a line to its point where that is far."""
     line = {"arrowstyle": "-", "color": SOFT, "linewidth": 0.5, "shrinkA": 0.0, "shrinkB": 2.0}
     axis.annotate(

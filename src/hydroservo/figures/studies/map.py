@@ -7,7 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from hydroservo.figures.studies.grid import CHARACTER, TEXT_WIDTH, Grid, Place, label_axes, label_panels
+from hydroservo.figures.studies.grid import (
+    CHARACTER,
+    TEXT_WIDTH,
+    CellPlace,
+    MapGrid,
+    label_axes,
+    label_panels,
+)
 from hydroservo.figures.studies.looks import (
     SOFT,
     TIE,
@@ -42,15 +49,10 @@ class Winner(NamedTuple):
     margin: float  # [-] the next family's error over the winner's; inf where no other stays stable
 
 
-def plot_map(grid: Grid, winners: Sequence[Winner], families: Sequence[str]) -> Plot:
+def plot_map(grid: MapGrid, winners: Sequence[Winner], families: Sequence[str]) -> Plot:
     """A map of winners: colour says the family, its strength the margin, a mark the winner's observer.
 
     Grey is a tie, with a strip of the colours of those that tie. Hatched is where no law stays stable.
-
-    Args:
-        grid: the study's cells and axes.
-        winners: of each cell; cells without one stay empty.
-        families: all of the study, in the order that gives them their colours.
     """
     colours = family_colours(families)
     shown = [family for family in colours if any(family in winner.families for winner in winners)]
@@ -64,7 +66,7 @@ def plot_map(grid: Grid, winners: Sequence[Winner], families: Sequence[str]) -> 
         for row, axes in enumerate(panels):
             for column, axis in enumerate(axes):
                 label_axes(axis, grid, bottom=row == len(panels) - 1, left=column == 0)
-                shape(axis, grid)
+                shape_panel(axis, grid)
         label_panels(panels[0][0].figure, panels, grid)
         draw_margins(key[0], {family: colours[family] for family in shown})
         draw_signs(key[1], marks)
@@ -73,7 +75,7 @@ def plot_map(grid: Grid, winners: Sequence[Winner], families: Sequence[str]) -> 
 
 
 def panels_and_key(
-    grid: Grid, families: int, observers: int
+    grid: MapGrid, families: int, observers: int
 ) -> tuple[Plot, Sequence[Sequence[Axes]], tuple[Axes, Axes]]:
     """Empty panels, and two axes below them for what colours and signs mean."""
     rows, columns = len(grid.rows), len(grid.columns)
@@ -86,7 +88,7 @@ def panels_and_key(
     return fig, panels.tolist(), (left, right)
 
 
-def shape(axis: Axes, grid: Grid) -> None:
+def shape_panel(axis: Axes, grid: MapGrid) -> None:
     """Keep few cells from growing wide."""
     across, _ = grid.inside
     if len(across) * len(grid.columns) * CELL_WIDTH < TEXT_WIDTH:
@@ -94,7 +96,7 @@ def shape(axis: Axes, grid: Grid) -> None:
         axis.set_anchor("W")
 
 
-def panel_height(grid: Grid) -> float:
+def panel_height(grid: MapGrid) -> float:
     """In inch, with room for what is written beside a panel."""
     _, up = grid.inside
     beside = LOWEST if any(grid.rows) else 0.0
@@ -103,7 +105,7 @@ def panel_height(grid: Grid) -> float:
 
 
 def draw_winner(
-    axis: Axes, place: Place, winner: Winner, colours: Mapping[str, str], marks: Mapping[str, str]
+    axis: Axes, place: CellPlace, winner: Winner, colours: Mapping[str, str], marks: Mapping[str, str]
 ) -> None:
     left, bottom = place.x - 0.5, place.y - 0.5
     if not winner.families:

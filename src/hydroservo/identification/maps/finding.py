@@ -12,7 +12,7 @@ from hydroservo.core.outputs import final_place, write_text
 from hydroservo.runs.provenance import origin_of_loop
 from hydroservo.runs.results import metrics_csv
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
-from hydroservo.show.finding import Writer, logs_of
+from hydroservo.show.finding import FileWriter, logs_in
 
 if TYPE_CHECKING:
     from hydroservo.figures.style import Plot
@@ -36,7 +36,7 @@ def map_finding(static_map: "StaticMap", logs: Sequence[Path] = ()) -> Finding:
         map_numbers(static_map),
         map_files(static_map),
         [] if loop is None else [origin_of_loop(static_map.scenario, loop)],
-        logs_of(logs),
+        logs_in(logs),
     )
 
 
@@ -92,13 +92,13 @@ def map_numbers(static_map: "StaticMap") -> dict[str, Any]:
     }
 
 
-def map_files(static_map: "StaticMap") -> dict[str, Writer]:
+def map_files(static_map: "StaticMap") -> dict[str, FileWriter]:
     """The points of the curve in SI units, and where a scenario was given one with what was found."""
     curve = static_map.curve
     fields = {
         str(name): Field(row.attrs["units"], row.attrs["long_name"]) for name, row in curve.data_vars.items()
     }
-    files: dict[str, Writer] = {
+    files: dict[str, FileWriter] = {
         "map.csv": lambda path: write_text(path, metrics_csv(curve.to_dataframe(), fields))
     }
     if static_map.scenario:

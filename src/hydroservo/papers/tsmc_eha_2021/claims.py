@@ -58,7 +58,7 @@ REPRODUCED = Condition("corrected", 1, "boundary layer", "static", "10 us")  # a
 LITERAL = Condition("as printed", 1, "explicit", "static", "10 us")  # to the letter
 
 
-class Run(NamedTuple):
+class PaperRun(NamedTuple):
     """One closed loop; ``realisation`` is "" for laws without an observer."""
 
     demand: str
@@ -91,30 +91,24 @@ def all_conditions() -> list[Condition]:
     return [Condition(*one) for one in product(READINGS, SCALES, REALISATIONS, VALVES, PERIODS)]
 
 
-def runs_of(condition: Condition) -> dict[tuple[str, str], Run]:
+def condition_runs(condition: Condition) -> dict[tuple[str, str], PaperRun]:
     """The six runs of a condition by demand and controller."""
     reading, delta, realisation, valve, period = condition
     return {
-        (demand, controller): Run(
-            demand,
-            controller,
-            reading,
-            delta,
-            realisation if controller == "tsmc" else "",
-            valve,
-            period,
+        (demand, controller): PaperRun(
+            demand, controller, reading, delta, realisation if controller == "tsmc" else "", valve, period
         )
         for demand, controller in product(DEMANDS, CONTROLLERS)
     }
 
 
-def all_runs() -> list[Run]:
+def all_runs() -> list[PaperRun]:
     """Every run that some condition needs, once, the longest first."""
-    runs = dict.fromkeys(run for condition in all_conditions() for run in runs_of(condition).values())
+    runs = dict.fromkeys(run for condition in all_conditions() for run in condition_runs(condition).values())
     return sorted(runs, key=lambda run: PERIODS[run.period])
 
 
-class Outcome(NamedTuple):
+class RunOutcome(NamedTuple):
     """What the claims need of one run: its metrics, and the largest sizes once settled.
 
     Settled samples lie a second or more after the start, and after each jump of the square demand.
@@ -124,7 +118,7 @@ class Outcome(NamedTuple):
     settled: Mapping[str, float]
 
 
-Results = Mapping[tuple[str, str], Outcome]  # by demand and controller
+Results = Mapping[tuple[str, str], RunOutcome]  # by demand and controller
 
 
 class Judgement(NamedTuple):
@@ -163,7 +157,7 @@ class Claim(NamedTuple):
     judge: Callable[[Results], Judgement]
 
 
-def outcome(data: Any, demand: str) -> Outcome:
+def run_outcome(data: Any, demand: str) -> RunOutcome:
     """The outcome of a simulated run, from its Dataset and the name of its demand."""
     metrics = {name: float(value) for name, value in metrics_of(data).items()}
     time = data["time"].to_numpy()
@@ -179,78 +173,78 @@ def outcome(data: Any, demand: str) -> Outcome:
         signals |= {name: data[f"controller.{name}"] for name in ("xi1", "xi2")}
         signals |= {name: data[f"controller.observer.{name}"] for name in ("s1", "s2")}
         signals |= {f"miss{i}": data[f"controller.observer.d{i}"] - data[f"disturbance.d{i}"] for i in (1, 2)}
-    return Outcome(metrics, {name: largest(values.to_numpy()) for name, values in signals.items()})
+    return RunOutcome(metrics, {name: largest(values.to_numpy()) for name, values in signals.items()})
 
 
-def worst(judgements: Iterable[Judgement]) -> Judgement:
+def worst_judgement(judgements: Iterable[Judgement]) -> Judgement:
     return max(judgements, key=lambda judgement: judgement.ratio)
 
 
-def stable(run: Outcome) -> bool:
+def is_stable(run: RunOutcome) -> bool:
     return run.metrics["diverged"] == 0.0
 
 
-def metric(run: Outcome, name: str) -> float:
+def run_metric(run: RunOutcome, name: str) -> float:
     """A metric of a run; infinite where the run diverged."""
-    return run.metrics[name] if stable(run) else math.inf
+    return run.metrics[name] if is_stable(run) else math.inf
 
 
-def settled(run: Outcome, name: str) -> float:
+def settled_size(run: RunOutcome, name: str) -> float:
     """The largest size of a signal once settled; infinite where the run diverged."""
-    return run.settled[name] if stable(run) else math.inf
+    return run.settled[name] if is_stable(run) else math.inf
 
 
-def tracking(results: Results, controllers: tuple[str, ...]) -> Judgement:
+def tracking_judgement(results: Results, controllers: tuple[str, ...]) -> Judgement:
     name = "steady_rms_error"
-    return worst(
-        Judgement(demand, controller, name, metric(run, name), TRACKING * DEMAND_RMS[demand])
+    return worst_judgement(
+        Judgement(demand, controller, name, run_metric(run, name), TRACKING * DEMAND_RMS[demand])
         for (demand, controller), run in results.items()
         if controller in controllers
     )
 
 
-def against_rivals(results: Results, name: str, demands: tuple[str, ...]) -> Judgement:
+def rival_judgement(results: Results, name: str, demands: tuple[str, ...]) -> Judgement:
     """TSMC's metric against its best rival's, worst over the demands; a rival that diverged is no rival."""
 
     def against_best(demand: str) -> Judgement:
-        rivals = {rival: metric(results[demand, rival], name) for rival in ("pi", "backstepping")}
+        rivals = {rival: run_metric(results[demand, rival], name) for rival in ("pi", "backstepping")}
         best = min(rivals, key=lambda rival: rivals[rival])
-        return Judgement(demand, "tsmc", name, metric(results[demand, "tsmc"], name), rivals[best], best)
+        return Judgement(demand, "tsmc", name, run_metric(results[demand, "tsmc"], name), rivals[best], best)
 
-    return worst(against_best(demand) for demand in demands)
+    return worst_judgement(against_best(demand) for demand in demands)
 
 
-def disturbance(run: Outcome, i: int) -> float:
+def disturbance(run: RunOutcome, i: int) -> float:
     size = run.metrics[f"disturbance_rms_{i}"]
     return max(size, LEAST_DISTURBANCE[i - 1]) if math.isfinite(size) else math.nan
 
 
-def estimated(results: Results, i: int) -> Judgement:
+def estimate_judgement(results: Results, i: int) -> Judgement:
     name = f"estimate_rms_error_{i}"
-    return worst(
+    return worst_judgement(
         Judgement(demand, "tsmc", name, run.metrics[name], ESTIMATE * disturbance(run, i))
         for demand, run in runs_of_tsmc(results)
     )
 
 
-def converged(results: Results, limits: Mapping[str, float]) -> Judgement:
+def convergence_judgement(results: Results, limits: Mapping[str, float]) -> Judgement:
     """The settled sizes named, each against its limit."""
-    return worst(
-        Judgement(demand, "tsmc", name, settled(run, name), limit)
+    return worst_judgement(
+        Judgement(demand, "tsmc", name, settled_size(run, name), limit)
         for demand, run in runs_of_tsmc(results)
         for name, limit in limits.items()
     )
 
 
-def estimates_converged(results: Results) -> Judgement:
-    return worst(
+def estimates_judgement(results: Results) -> Judgement:
+    return worst_judgement(
         Judgement(demand, "tsmc", f"miss{i}", run.settled[f"miss{i}"], ESTIMATE * disturbance(run, i))
         for demand, run in runs_of_tsmc(results)
         for i in (1, 2)
     )
 
 
-def runs_of_tsmc(results: Results) -> list[tuple[str, Outcome]]:
+def runs_of_tsmc(results: Results) -> list[tuple[str, RunOutcome]]:
     """TSMC's runs by demand."""
     return [(demand, results[demand, "tsmc"]) for demand in ("sine", "square")]
 
@@ -260,84 +254,86 @@ CLAIMS = (
         "1",
         "All three controllers track both demands",
         f"steady rms error of each {TRACKS}",
-        lambda r: tracking(r, ("pi", "backstepping", "tsmc")),
+        lambda r: tracking_judgement(r, ("pi", "backstepping", "tsmc")),
     ),
     Claim(
         "1 (TSMC)",
         "TSMC tracks both demands",
         f"steady rms error of TSMC {TRACKS}",
-        lambda r: tracking(r, ("tsmc",)),
+        lambda r: tracking_judgement(r, ("tsmc",)),
     ),
     Claim(
         "2 (rms)",
         "TSMC tracks better: rms error",
         "rms error over the whole run below that of the better rival, on both demands",
-        lambda r: against_rivals(r, "rms_error", ("sine", "square")),
+        lambda r: rival_judgement(r, "rms_error", ("sine", "square")),
     ),
     Claim(
         "2 (sine)",
         "TSMC tracks better on the sine: rms error",
         "rms error over the whole run below that of the better rival, on the sine",
-        lambda r: against_rivals(r, "rms_error", ("sine",)),
+        lambda r: rival_judgement(r, "rms_error", ("sine",)),
     ),
     Claim(
         "2 (square)",
         "TSMC tracks better on the square: rms error",
         "rms error over the whole run below that of the better rival, on the square",
-        lambda r: against_rivals(r, "rms_error", ("square",)),
+        lambda r: rival_judgement(r, "rms_error", ("square",)),
     ),
     Claim(
         "2 (overshoot)",
         "TSMC tracks better: overshoot on the square",
         "overshoot below that of the better rival, on the square",
-        lambda r: against_rivals(r, "overshoot", ("square",)),
+        lambda r: rival_judgement(r, "overshoot", ("square",)),
     ),
     Claim(
         "2 (activity)",
         "TSMC asks less of the valve",
         "total variation of the command below that of the calmer rival, on both demands",
-        lambda r: against_rivals(r, "control_total_variation", ("sine", "square")),
+        lambda r: rival_judgement(r, "control_total_variation", ("sine", "square")),
     ),
     Claim(
         "3 (d1)",
         "The estimate of d_L1 is consistent with the load",
         f"rms error of the estimate {OF_DISTURBANCE} {FLOORS}, second half, both demands",
-        lambda r: estimated(r, 1),
+        lambda r: estimate_judgement(r, 1),
     ),
     Claim(
         "3 (d2)",
         "The estimate of d_L2 is consistent with the model functions",
         f"rms error of the estimate {OF_DISTURBANCE} {FLOORS}, second half, both demands",
-        lambda r: estimated(r, 2),
+        lambda r: estimate_judgement(r, 2),
     ),
     Claim(
         "4 (loop)",
         "The loop with TSMC is stable",
         f"no divergence, and {SETTLED} an error below the demand's amplitude, both demands",
-        lambda r: converged(r, {"error": AMPLITUDE}),
+        lambda r: convergence_judgement(r, {"error": AMPLITUDE}),
     ),
     Claim(
         "4 (observer)",
         "The observer's surfaces converge",
         f"{SETTLED} |s1| below {SMALL_VELOCITY} and |s2| below {SMALL_FORCE}, both demands",
-        lambda r: converged(r, {"s1": CONVERGED * AMPLITUDE, "s2": CONVERGED * LOAD}),
+        lambda r: convergence_judgement(r, {"s1": CONVERGED * AMPLITUDE, "s2": CONVERGED * LOAD}),
     ),
     Claim(
         "4 (surfaces)",
         "The controller's surfaces converge",
         f"{SETTLED} |xi1| below {SMALL_VELOCITY} and |xi2| below mu_1 times that, both demands",
-        lambda r: converged(r, {"xi1": CONVERGED * AMPLITUDE, "xi2": CONVERGED * (SURFACE_GAIN * AMPLITUDE)}),
+        lambda r: convergence_judgement(
+            r, {"xi1": CONVERGED * AMPLITUDE, "xi2": CONVERGED * (SURFACE_GAIN * AMPLITUDE)}
+        ),
     ),
     Claim(
         "5 (state)",
         "The velocity error converges in finite time",
         f"{SETTLED} below {SMALL_VELOCITY}, and it stays there, both demands",
-        lambda r: converged(r, {"error": CONVERGED * AMPLITUDE}),
+        lambda r: convergence_judgement(r, {"error": CONVERGED * AMPLITUDE}),
     ),
     Claim(
         "5 (observer)",
         "The estimation errors converge in finite time",
         f"{SETTLED} {OF_DISTURBANCE} {FLOORS}, and they stay there, both demands",
-        estimates_converged,
+        estimates_judgement,
     ),
 )

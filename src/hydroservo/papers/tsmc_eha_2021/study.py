@@ -14,12 +14,12 @@ from hydroservo.papers.tsmc_eha_2021.claims import (
     LITERAL,
     REPRODUCED,
     Condition,
-    Outcome,
-    Run,
+    PaperRun,
+    RunOutcome,
     all_conditions,
     all_runs,
-    outcome,
-    runs_of,
+    condition_runs,
+    run_outcome,
 )
 from hydroservo.papers.tsmc_eha_2021.printed import printed
 from hydroservo.runs.cautions import quietly
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-Progress = Callable[[int, int, str], None]  # done, of how many, what
+PaperProgress = Callable[[int, int, str], None]  # done, of how many, what
 
 
 class Verdict(NamedTuple):
@@ -48,7 +48,7 @@ class Verdict(NamedTuple):
     where: str
 
 
-class Study(NamedTuple):
+class PaperStudy(NamedTuple):
     """Everything that the report shows.
 
     Attributes:
@@ -63,25 +63,21 @@ class Study(NamedTuple):
     metrics: "pd.DataFrame"
     claims: "pd.DataFrame"
     verdicts: list[Verdict]
-    outcomes: dict[Run, Outcome]
+    outcomes: dict[PaperRun, RunOutcome]
 
 
-def run_study(progress: Progress | None = None) -> Study:
-    """Simulate all runs on all cores and judge every claim under every condition.
-
-    Args:
-        progress: called after each run with how many are done, of how many, and which it was.
-    """
+def run_study(progress: PaperProgress | None = None) -> PaperStudy:
+    """Simulate all runs on all cores and judge every claim under every condition."""
     runs = all_runs()
-    shown = set(runs_of(REPRODUCED).values())
-    outcomes: dict[Run, Outcome] = {}
+    shown = set(condition_runs(REPRODUCED).values())
+    outcomes: dict[PaperRun, RunOutcome] = {}
     trajectories: dict[str, xr.Dataset] = {}
     pool, stop = ThreadPoolExecutor(os.cpu_count()), Event()
     try:
-        waiting = {pool.submit(result_of, run, stop): run for run in runs}
+        waiting = {pool.submit(simulate_run, run, stop): run for run in runs}
         for done, future in enumerate(as_completed(waiting), 1):
             run, data = waiting.pop(future), future.result()
-            outcomes[run] = outcome(data, run.demand)
+            outcomes[run] = run_outcome(data, run.demand)
             if run in shown:
                 trajectories[f"{run.demand}-{run.controller}"] = data
             del future, data  # or the last trajectory of each kind would stay in memory
@@ -92,17 +88,17 @@ def run_study(progress: Progress | None = None) -> Study:
         pool.shutdown(cancel_futures=True)
     ordered = {run: outcomes[run] for run in runs}
     names = [f"{demand}-{controller}" for demand in DEMANDS for controller in CONTROLLERS]
-    claims = judged(ordered)
-    return Study(
+    claims = judge_claims(ordered)
+    return PaperStudy(
         {name: trajectories[name] for name in names},
-        metrics_table(ordered),
+        metrics_frame(ordered),
         claims,
-        verdicts(claims),
+        claim_verdicts(claims),
         ordered,
     )
 
 
-def result_of(run: Run, stop: Event) -> "xr.Dataset":
+def simulate_run(run: PaperRun, stop: Event) -> "xr.Dataset":
     """The run's result; given up between two chunks of samples once ``stop`` is set."""
 
     def heed(_: float) -> None:
@@ -112,39 +108,39 @@ def result_of(run: Run, stop: Event) -> "xr.Dataset":
     return quietly(simulate)(loop_of(run), strict=True, progress=heed)  # strict: the same verdicts everywhere
 
 
-def loop_of(run: Run) -> Loop:
+def loop_of(run: PaperRun) -> Loop:
     """The loop that a run simulates."""
     loop = load_scenario(run.scenario(), run.changes())
     return printed(loop) if run.reading == "as printed" else loop
 
 
-def run_label(run: Run) -> str:
+def run_label(run: PaperRun) -> str:
     return f"{run.demand}, {run.controller}, {run.valve} valve, {run.period}"
 
 
-def metrics_table(outcomes: dict[Run, Outcome]) -> "pd.DataFrame":
+def metrics_frame(outcomes: dict[PaperRun, RunOutcome]) -> "pd.DataFrame":
     import pandas as pd
 
     return pd.DataFrame([run._asdict() | dict(result.metrics) for run, result in outcomes.items()])
 
 
-def judged(outcomes: dict[Run, Outcome]) -> "pd.DataFrame":
+def judge_claims(outcomes: dict[PaperRun, RunOutcome]) -> "pd.DataFrame":
     import pandas as pd
 
     rows = []
     for condition in all_conditions():
-        results = {key: outcomes[run] for key, run in runs_of(condition).items()}
+        results = {key: outcomes[run] for key, run in condition_runs(condition).items()}
         for claim in CLAIMS:
             ratio = claim.judge(results).ratio
             rows.append({"claim": claim.name} | condition._asdict() | {"ratio": ratio, "holds": ratio < 1.0})
     return pd.DataFrame(rows)
 
 
-def verdicts(claims: "pd.DataFrame") -> list[Verdict]:
+def claim_verdicts(claims: "pd.DataFrame") -> list[Verdict]:
     found = []
     for claim in CLAIMS:
         rows = claims[claims["claim"] == claim.name]
-        reproduced, literal = (at(rows, condition) for condition in (REPRODUCED, LITERAL))
+        reproduced, literal = (ratio_under(rows, condition) for condition in (REPRODUCED, LITERAL))
         found.append(
             Verdict(
                 claim.name,
@@ -162,7 +158,7 @@ def verdicts(claims: "pd.DataFrame") -> list[Verdict]:
     return found
 
 
-def at(rows: "pd.DataFrame", condition: Condition) -> float:
+def ratio_under(rows: "pd.DataFrame", condition: Condition) -> float:
     """The ratio of a claim under one condition."""
     chosen = rows[rows[list(Condition._fields)].apply(tuple, axis=1) == tuple(condition)]
     return float(chosen["ratio"].iloc[0])
@@ -179,11 +175,12 @@ def where_it_holds(rows: "pd.DataFrame") -> str:
         counts = rows.groupby(name, sort=False)["holds"].agg(["sum", "count"])
         if counts["sum"].nunique() > 1:
             shares = (
-                f"{label(name, value)} {int(c['sum'])}/{int(c['count'])}" for value, c in counts.iterrows()
+                f"{value_label(name, value)} {int(c['sum'])}/{int(c['count'])}"
+                for value, c in counts.iterrows()
             )
             parts.append(", ".join(shares))
     return "; ".join(parts) or f"in {int(rows['holds'].sum())} of {len(rows)}, whatever the condition"
 
 
-def label(name: str, value: object) -> str:
+def value_label(name: str, value: object) -> str:
     return {-1: "-Delta", 0: "nominal", 1: "+Delta"}[int(str(value))] if name == "delta" else str(value)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["WithAttributes", "quietly", "warnings_of", "warns", "with_warning"]
 
-Arguments = ParamSpec("Arguments")
+P = ParamSpec("P")
 
 
 class WithAttributes(Protocol):
@@ -32,11 +32,11 @@ class WithAttributes(Protocol):
 Result = TypeVar("Result", bound=WithAttributes)
 
 
-def warns(function: "Callable[Arguments, xr.Dataset]") -> "Callable[Arguments, xr.Dataset]":
+def warns(function: "Callable[P, xr.Dataset]") -> "Callable[P, xr.Dataset]":
     """A function that says its result's ``warning`` as a :class:`HydroservoWarning` of its caller's line."""
 
     @wraps(function)
-    def called(*args: Arguments.args, **kwargs: Arguments.kwargs) -> "xr.Dataset":
+    def called(*args: P.args, **kwargs: P.kwargs) -> "xr.Dataset":
         data = function(*args, **kwargs)
         for line in warnings_of(data):
             warnings.warn(line, HydroservoWarning, stacklevel=2)
@@ -45,9 +45,9 @@ def warns(function: "Callable[Arguments, xr.Dataset]") -> "Callable[Arguments, x
     return called
 
 
-def quietly(function: "Callable[Arguments, xr.Dataset]") -> "Callable[Arguments, xr.Dataset]":
+def quietly(function: "Callable[P, xr.Dataset]") -> "Callable[P, xr.Dataset]":
     """A function that says warnings, without that: its result has them all the same."""
-    inner: Callable[Arguments, xr.Dataset] = inspect.unwrap(function)
+    inner: Callable[P, xr.Dataset] = inspect.unwrap(function)
     return inner
 
 

@@ -16,18 +16,13 @@ from hydroservo.machine import loads
 SAMPLED = 30  # samples; a record of fewer is taken as drawn by hand
 HOLE = 10.0  # times the step that nine in ten steps of a sampled record do not exceed
 FEW = 100  # samples; a run that sees fewer of a much longer record may have another unit of time
-SHORT_STEP, LONG_STEP = (
-    1e-4,
-    0.05,
-)  # s; of a log of a servo axis, between which its unit of time is not doubted
+SHORT_STEP, LONG_STEP = 1e-4, 0.05  # s; of logs of servo axes, between which the unit of time is not doubted
 END = 0.05  # of a run, that may be held without a word where the steps of the record are as long
-MISREAD = {-3: "s read as ns", -2: "s read as us", -1: "s read as ms"} | {
-    1: "ms read as s",
-    2: "us read as s",
-    3: "ns read as s",
-}  # by the power of 1000 by which a record is longer than its run
+# By the power of 1000 by which a record is longer than its run:
+MISREAD = {-3: "s read as ns", -2: "s read as us", -1: "s read as ms"}
+MISREAD |= {1: "ms read as s", 2: "us read as s", 3: "ns read as s"}
 
-sources: dict[bytes, str] = {}  # where records were read from, by their content: a block holds numbers only
+record_sources: dict[bytes, str] = {}  # by content: a block holds numbers only
 
 
 def check_records(loop: Loop) -> list[str]:
@@ -44,36 +39,35 @@ def check_records(loop: Loop) -> list[str]:
       than 1/31.6 of the run (the root of 1000) in steps of 0.1 ms or less, or more than 31.6 runs in steps of
       50 ms or more with fewer than 100 samples seen.
 
-    Args:
-        loop: the loop, its parameters checked.
-
     Fails to see records that a block of one's own reads without these two, and a wrong unit of time with
     which a record is about as long as the run.
     """
     return [
-        line for path, series in records(loop) for line in coverage(path, series, loop.simulation.duration)
+        line
+        for path, series in played_records(loop)
+        for line in record_lines(path, series, loop.simulation.duration)
     ]
 
 
-def records(block: Block, path: str = "") -> Iterator[tuple[str, TimeSeries]]:
+def played_records(block: Block, path: str = "") -> Iterator[tuple[str, TimeSeries]]:
     """The recorded demands and loads in a block that are not 0 everywhere, with their paths."""
     if isinstance(block, (references.Recorded, loads.Recorded)) and block.series.coefficients.any():
         yield f"{path}series", block.series
     for name in block._fields:
         value = getattr(block, name)
         if is_block(value):
-            yield from records(value, f"{path}{name}.")
+            yield from played_records(value, f"{path}{name}.")
 
 
-def coverage(path: str, series: TimeSeries, duration: float) -> list[str]:
+def record_lines(path: str, series: TimeSeries, duration: float) -> list[str]:
     """What a run makes up for one record, in a line for each."""
     if series.knots[0] >= duration or series.knots[-1] <= 0.0:
-        raise ParameterError(path, source_of(series), unseen(series, duration))
-    found = (held(series, duration), misread(series, duration), bridged(series, duration))
-    return [f"{path} = {short(source_of(series))}: {text}" for text in found if text]
+        raise ParameterError(path, record_source(series), unseen_text(series, duration))
+    found = (held_text(series, duration), misread_unit_text(series, duration), hole_text(series, duration))
+    return [f"{path} = {short(record_source(series))}: {text}" for text in found if text]
 
 
-def unseen(series: TimeSeries, duration: float) -> str:
+def unseen_text(series: TimeSeries, duration: float) -> str:
     """Why a run sees nothing of a record, and what to do."""
     first, last = series.knots[0], series.knots[-1]
     parts = (
@@ -81,11 +75,11 @@ def unseen(series: TimeSeries, duration: float) -> str:
         f"which would see its {'first' if first >= duration else 'last'} sample alone",
         f"subtract its first instant, {seconds(first)}, from each",
     )
-    other = misread(series, duration)
+    other = misread_unit_text(series, duration)
     return f"{parts[0]}, {parts[1]}; {parts[2]}{other and f'; it {other}'}"
 
 
-def held(series: TimeSeries, duration: float) -> str:
+def held_text(series: TimeSeries, duration: float) -> str:
     """Which part of a run sees a held sample; empty if none does."""
     first, last = series.knots[0], series.knots[-1]
     allowed = 1.001 * min(float(np.median(np.diff(series.knots))), END * duration)  # for rounding
@@ -98,7 +92,7 @@ def held(series: TimeSeries, duration: float) -> str:
     return " and ".join(part for part in parts if part)
 
 
-def misread(series: TimeSeries, duration: float) -> str:
+def misread_unit_text(series: TimeSeries, duration: float) -> str:
     """In which other unit the instants of a sampled record may be; empty if theirs may be right."""
     t = series.knots
     ratio = float(np.clip(t[-1] / duration - t[0] / duration, 1e-300, 1e300))
@@ -115,7 +109,7 @@ def misread(series: TimeSeries, duration: float) -> str:
     )
 
 
-def bridged(series: TimeSeries, duration: float) -> str:
+def hole_text(series: TimeSeries, duration: float) -> str:
     """The holes of a sampled record that a run sees; empty if there are none."""
     t = series.knots
     if t.size < SAMPLED:
@@ -139,14 +133,14 @@ def seconds(t: float) -> str:
 
 def remember_source(series: TimeSeries, source: str) -> None:
     """Let messages of :func:`check_records` call a record by where it was read from."""
-    sources[digest(series)] = source
+    record_sources[series_digest(series)] = source
 
 
-def source_of(series: TimeSeries) -> str:
+def record_source(series: TimeSeries) -> str:
     """What a message calls a record."""
-    return sources.get(digest(series), f"{series.knots.size} samples")
+    return record_sources.get(series_digest(series), f"{series.knots.size} samples")
 
 
-def digest(series: TimeSeries) -> bytes:
+def series_digest(series: TimeSeries) -> bytes:
     """What the numbers of a record are known by."""
     return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in series)).digest()

@@ -8,42 +8,42 @@ from typing import TYPE_CHECKING
 from hydroservo.core.formatting import number
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Picture, Table
 from hydroservo.studies.cell_verdict import CellVerdict
-from hydroservo.studies.report.findings import Findings, findings, of_fronts
-from hydroservo.studies.report.sentences import lead
-from hydroservo.studies.standing import Standing
+from hydroservo.studies.law_standing import LawStanding
+from hydroservo.studies.report.sentences import lead_sentence
+from hydroservo.studies.report.view import StudyView, fronts_caption, study_view
 
 if TYPE_CHECKING:
     from hydroservo.figures.style import Plot
-    from hydroservo.studies.running import Studied
+    from hydroservo.studies.study import StudyResult
 
 ByLevel = Sequence[CellVerdict | None]  # of a cell, at each level; None where no law is so calm
 
 
-def study_finding(studied: "Studied") -> Finding:
+def study_finding(studied: "StudyResult") -> Finding:
     """What a study says."""
-    found = findings(studied.manifest, studied.verdicts)
+    found = study_view(studied.manifest, studied.verdicts)
     title = str(studied.manifest["title"])
     has_fronts = any(one.points for own in found.verdicts.fronts.values() for one in own.values())
     return Finding(
         title,
         [
-            Line(lead(found._replace(level=level)))
+            Line(lead_sentence(found._replace(level=level)))
             for level in dict.fromkeys([found.level, *found.verdicts.levels])
         ],
         [],
         [activity_table(found, cell) for cell in found.verdicts.activity],
-        [Picture("fronts", of_fronts(found), partial(drawn_fronts, found))] if has_fronts else [],
+        [Picture("fronts", fronts_caption(found), partial(draw_fronts, found))] if has_fronts else [],
         {"title": title, **found.verdicts.as_dict()},
     )
 
 
-def drawn_fronts(found: Findings) -> "Plot":
-    from hydroservo.studies.report.pictures import fronts
+def draw_fronts(found: StudyView) -> "Plot":
+    from hydroservo.studies.report.pictures import fronts_picture
 
-    return fronts(found)
+    return fronts_picture(found)
 
 
-def activity_table(found: Findings, cell: str) -> Table:
+def activity_table(found: StudyView, cell: str) -> Table:
     """The laws of a cell at each level of activity, the one with the least error first."""
     activity, levels = found.verdicts.activity[cell], found.verdicts.levels
     columns = [
@@ -73,12 +73,12 @@ def activity_table(found: Findings, cell: str) -> Table:
     )
 
 
-def standings_of(verdicts: ByLevel, law: str) -> list[Standing]:
+def standings_of(verdicts: ByLevel, law: str) -> list[LawStanding]:
     """How a law stands at each level at which it is."""
     return [one.standings[law] for one in verdicts if one and law in one.standings]
 
 
-def least_error(standings: Sequence[Standing]) -> float:
+def least_error(standings: Sequence[LawStanding]) -> float:
     return min(math.inf if math.isnan(one.error) else one.error for one in standings)
 
 

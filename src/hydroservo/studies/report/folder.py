@@ -12,16 +12,23 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hydroservo._version import __version__
 from hydroservo.core.outputs import staged, write_text
 from hydroservo.show import Cell, Picture, Table
+from hydroservo.show.files import (
+    FIGURES,
+    METRICS,
+    as_json,
+    data_address,
+    template_environment,
+    write_figure,
+    write_metrics,
+    write_tables,
+)
 from hydroservo.show.journal import NO_JOURNAL, Journal, with_decimal_commas
-from hydroservo.show.numbers import METRICS, as_json, write_metrics
-from hydroservo.show.page import FIGURES, address, environment, write_figure, write_tables
-from hydroservo.show.table import Texts, note_of, texts_of, with_unit
+from hydroservo.show.table import TableTexts, note_of, text_with_unit, texts_of
 from hydroservo.studies.fronts import choose_gains
-from hydroservo.studies.report.cell_tables import cell_tables
-from hydroservo.studies.report.findings import Findings, findings, level_text
-from hydroservo.studies.report.pictures import pictures
-from hydroservo.studies.report.sentences import lead, listed, sentences
-from hydroservo.studies.report.tables import front_table, law_tables, laws_in
+from hydroservo.studies.report.pictures import study_pictures
+from hydroservo.studies.report.sentences import enumeration, lead_sentence, sentences
+from hydroservo.studies.report.tables import cell_tables, front_table, law_tables, ordered_laws_in
+from hydroservo.studies.report.view import StudyView, level_text, study_view
 from hydroservo.studies.trials import GAINS, judged_columns
 from hydroservo.studies.verdicts import Verdicts
 
@@ -30,13 +37,13 @@ if TYPE_CHECKING:
 
 PLACE = ["law", "cell"]
 
-Conditions = Mapping[str, Any]  # of a cell, by split and number: what each sets, and of which kind it is
+CellConditions = Mapping[str, Any]  # of a cell, by split and number: what each sets, and of which kind it is
 DIGITS = 5  # of a number that a command repeats
 REPORT = "report.html"
 VERDICTS = "verdicts.json"
 PICTURES = "pictures"
 VERSIONS = ("format", "hydroservo")  # what a store adds to a manifest
-Progress = Callable[[int, int], None]  # done, of how many
+PictureProgress = Callable[[int, int], None]  # done, of how many
 
 
 class Repeat(NamedTuple):
@@ -53,8 +60,8 @@ class Repeat(NamedTuple):
     error: float
 
 
-def repeats(
-    table: "pd.DataFrame", found: Findings, conditions: Mapping[str, Conditions]
+def repeat_commands(
+    table: "pd.DataFrame", found: StudyView, conditions: Mapping[str, CellConditions]
 ) -> dict[tuple[str, str], Repeat]:
     """The run in the middle of each law in each cell at the level shown: the median error of its test runs.
 
@@ -72,7 +79,7 @@ def repeats(
     names = [*PLACE, "condition", "error", "parameters"]
     return {
         (str(cell), str(law)): Repeat(
-            command(
+            shell_command(
                 str(cell), str(law), json.loads(gains), conditions[cell]["test"][str(condition)], plugins
             ),
             int(condition),
@@ -83,7 +90,7 @@ def repeats(
     }
 
 
-def command(
+def shell_command(
     cell: str, law: str, gains: Mapping[str, Any], condition: Mapping[str, Any], plugins: Sequence[str]
 ) -> str:
     """A line for a shell that stands in the study's folder."""
@@ -95,7 +102,7 @@ def command(
     return shlex.join(words)
 
 
-def conditions_in(folder: Path) -> dict[str, Conditions]:
+def conditions_in(folder: Path) -> dict[str, CellConditions]:
     """The conditions of each cell, as a study's folder has them."""
     files = sorted((folder / "conditions").glob("*.json"))
     return {file.stem: json.loads(file.read_text("utf-8")) for file in files}
@@ -105,13 +112,13 @@ class Sheet(NamedTuple):
     """A table as the page shows it."""
 
     table: Table
-    texts: Texts
+    texts: TableTexts
     note: str
     number: int
 
 
-def page(
-    found: Findings,
+def study_page(
+    found: StudyView,
     pictures: Sequence[tuple[Picture, str]],
     fingerprint: str,
     levels: Mapping[str, Sequence[Table]],
@@ -119,28 +126,18 @@ def page(
     again: Mapping[tuple[str, str], Repeat],
     command: str,
 ) -> str:
-    """The report's HTML.
-
-    Args:
-        found: what is reported.
-        pictures: those that it has, and the content of each as an address.
-        fingerprint: names the results.
-        levels: the tables at each level of activity.
-        cells: the tables of each cell.
-        again: the commands that repeat numbers, by cell and law.
-        command: makes the study again; empty where it is not known.
-    """
+    """The report's HTML."""
     numbers = count(1)
 
     def sheets(tables: Iterable[Table]) -> list[Sheet]:
         return [Sheet(one, texts_of(one), note_of(one, "Bold:"), next(numbers)) for one in tables]
 
-    template = environment("hydroservo.studies.report").get_template("report.html.j2")
+    template = template_environment("hydroservo.studies.report").get_template("report.html.j2")
     return template.render(
         found=found,
         version=__version__,
         fingerprint=fingerprint,
-        lead=lead(found),
+        lead=lead_sentence(found),
         sentences=sentences(found),
         pictures=pictures,
         laws=sheets(chain(*levels.values())),
@@ -155,18 +152,18 @@ def page(
 
 
 def repeat_rows(
-    found: Findings, cell: str, again: Mapping[tuple[str, str], Repeat]
+    found: StudyView, cell: str, again: Mapping[tuple[str, str], Repeat]
 ) -> list[tuple[str, str, Repeat]]:
     """The laws of a cell whose numbers can be repeated, the number of each, and what repeats it."""
-    commands = [(law, again[cell, law]) for law in laws_in(found, cell) if (cell, law) in again]
+    commands = [(law, again[cell, law]) for law in ordered_laws_in(found, cell) if (cell, law) in again]
     return [(law, text_of_error(one.error, found.unit), one) for law, one in commands]
 
 
 def text_of_error(error: float, unit: str) -> str:
-    return "lost" if math.isinf(error) else with_unit(Cell(error, unit), DIGITS)
+    return "lost" if math.isinf(error) else text_with_unit(Cell(error, unit), DIGITS)
 
 
-def rule_rows(found: Findings) -> list[tuple[str, str]]:
+def rule_rows(found: StudyView) -> list[tuple[str, str]]:
     """The rules of the comparison, and how much was asked."""
     rules = found.verdicts.rules
     percent = f"{100.0 * rules.confidence:g} %"
@@ -208,7 +205,7 @@ def rule_rows(found: Findings) -> list[tuple[str, str]]:
     return [*rows, *((name, text) for name, text in study_size(found) if text)]
 
 
-def study_size(found: Findings) -> list[tuple[str, str]]:
+def study_size(found: StudyView) -> list[tuple[str, str]]:
     """How much the study asked, as far as the manifest says."""
     conditions, search = found.manifest.get("conditions", {}), found.manifest.get("search", {})
     counts = [
@@ -220,7 +217,7 @@ def study_size(found: Findings) -> list[tuple[str, str]]:
     searches = f"at most {search['candidates']:,} candidates" if "candidates" in search else ""
     seeds = f"{search['seeds']} of each law" if search.get("seeds", 1) > 1 else "one of each law"
     return [
-        ("conditions", f"{listed(counts)} in each cell" if counts else ""),
+        ("conditions", f"{enumeration(counts)} in each cell" if counts else ""),
         ("kinds of conditions", ", ".join(map(str, found.manifest.get("kinds", ())))),
         ("stress", f"{stress} times the nominal uncertainty" if stress else ""),
         ("limits", f"of the first {of_limits} test conditions of each cell" if of_limits else ""),
@@ -229,13 +226,13 @@ def study_size(found: Findings) -> list[tuple[str, str]]:
     ]
 
 
-def write_report(
+def write_study_report(
     table: "pd.DataFrame",
     manifest: Mapping[str, Any],
     verdicts: Verdicts,
     folder: Path,
     *,
-    progress: Progress | None = None,
+    progress: PictureProgress | None = None,
     journal: Journal = NO_JOURNAL,
     command: str = "",
 ) -> Path:
@@ -245,23 +242,14 @@ def write_report(
     each table as CSV and LaTeX in ``tables``, for a journal each picture in ``figures``, and ``metrics.json``
     with the SHA-256 of all these. They take their places together, and equal studies give equal bytes.
 
-    Args:
-        table: the study's: a row a run.
-        manifest: what ``study.json`` holds.
-        verdicts: what :func:`~hydroservo.studies.verdicts.judged` found.
-        folder: the study's; numbers whose conditions it has get the command that repeats them.
-        progress: called after each picture.
-        journal: what figures a journal is to have.
-        command: makes the study again.
-
     Returns:
         The path of ``report.html``.
     """
-    found = findings(manifest, verdicts)
+    found = study_view(manifest, verdicts)
     asked = {key: value for key, value in manifest.items() if key not in VERSIONS}
-    fingerprint = digest({"manifest": asked, "verdicts": verdicts.as_dict()})
-    drawn = pictures(found)
-    again = repeats(table, found, conditions_in(folder))
+    fingerprint = fingerprint_of({"manifest": asked, "verdicts": verdicts.as_dict()})
+    drawn = study_pictures(found)
+    again = repeat_commands(table, found, conditions_in(folder))
     levels = {level: law_tables(found._replace(level=level)) for level in verdicts.levels}
     cells = {name: cell_tables(found, name) for name in manifest["cells"] if name in found.at.cells}
     with staged(folder, last=METRICS) as stage:
@@ -275,18 +263,18 @@ def write_report(
         write_tables(stage, [front_table(found), *chain(*levels.values(), *cells.values())])
         if journal.decimal_comma:
             with_decimal_commas(stage)
-        addresses = [(one, address(stage / PICTURES / f"{one.name}.svg")) for one in drawn]
-        write_text(stage / REPORT, page(found, addresses, fingerprint, levels, cells, again, command))
+        addresses = [(one, data_address(stage / PICTURES / f"{one.name}.svg")) for one in drawn]
+        write_text(stage / REPORT, study_page(found, addresses, fingerprint, levels, cells, again, command))
         about = {"title": manifest["title"], "fingerprint": fingerprint, "version": __version__}
         write_metrics(stage, about)
     return folder / REPORT
 
 
-def report_files(folder: Path) -> list[Path]:
-    """What :func:`write_report` writes beside pictures and tables."""
+def study_report_files(folder: Path) -> list[Path]:
+    """What :func:`write_study_report` writes beside pictures and tables."""
     return [folder / name for name in (VERDICTS, REPORT, METRICS)]
 
 
-def digest(content: Mapping[str, Any]) -> str:
+def fingerprint_of(content: Mapping[str, Any]) -> str:
     """The first digits of the SHA-256 of what was asked and found."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:12]

@@ -6,15 +6,22 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.figures.studies.factorial import Combination, FactorShare, plot_factorial
-from hydroservo.figures.studies.forest import Distance, RatioLine, plot_distance, plot_forest
 from hydroservo.figures.studies.fronts import FrontLine, FrontPanel, TargetPoint, plot_fronts, plot_target
 from hydroservo.figures.studies.map import Winner, plot_map
+from hydroservo.figures.studies.ratios import (
+    Combination,
+    Distance,
+    FactorShare,
+    RatioLine,
+    plot_distance,
+    plot_factorial,
+    plot_forest,
+)
 from hydroservo.show import Picture
 from hydroservo.studies.fronts import FrontPoint
 from hydroservo.studies.pareto import on_front
-from hydroservo.studies.report.findings import CAPTIONS, Findings, cell_at, sure, with_levels
-from hydroservo.studies.report.tables import kind_of
+from hydroservo.studies.report.tables import motion_kind
+from hydroservo.studies.report.view import CAPTIONS, StudyView, cell_at, grid_with_levels, is_sure
 
 if TYPE_CHECKING:
     from hydroservo.figures.style import Plot
@@ -22,17 +29,23 @@ if TYPE_CHECKING:
 MOST = 6  # laws beside the reference whose fronts are told apart
 
 
-def pictures(found: Findings) -> list[Picture]:
+def study_pictures(found: StudyView) -> list[Picture]:
     """Those that a study has something to show in."""
     at = found.at
     lived = any(cell.best.law for cell in at.cells.values())
     choices = {
-        "fronts": (fronts, any(one.points for own in found.verdicts.fronts.values() for one in own.values())),
-        "map": (the_map, True),
-        "factorial": (factorial, lived and bool(found.rows())),
-        "parts": (parts, bool(at.worths)),
-        "target": (target, bool(target_points(found))),
-        "limit": (limit, bool(at.cells[found.cell].best.law and at.cells[found.cell].limit.conditions)),
+        "fronts": (
+            fronts_picture,
+            any(one.points for own in found.verdicts.fronts.values() for one in own.values()),
+        ),
+        "map": (map_picture, True),
+        "factorial": (factorial_picture, lived and bool(found.rows())),
+        "parts": (parts_picture, bool(at.worths)),
+        "target": (target_picture, bool(target_points(found))),
+        "limit": (
+            limit_picture,
+            bool(at.cells[found.cell].best.law and at.cells[found.cell].limit.conditions),
+        ),
     }
     return [
         Picture(name, CAPTIONS[name](found), partial(draw, found))
@@ -41,13 +54,8 @@ def pictures(found: Findings) -> list[Picture]:
     ]
 
 
-def fronts(found: Findings, also: Sequence[str] = ()) -> "Plot":
-    """The error of each law over its activity, in each cell.
-
-    Args:
-        found: what is reported.
-        also: laws that are told apart beside those of :func:`named`.
-    """
+def fronts_picture(found: StudyView, also: Sequence[str] = ()) -> "Plot":
+    """The error of each law over its activity, in each cell."""
     panels = []
     for name in found.manifest["cells"]:
         own = found.verdicts.fronts.get(name, {})
@@ -71,7 +79,7 @@ def front_line(law: str, points: Sequence[FrontPoint], activity: float) -> Front
     return FrontLine(law, [one.activity / activity for one in front], [one.ratio for one in front], taken)
 
 
-def highlighted_laws(found: Findings) -> list[str]:
+def highlighted_laws(found: StudyView) -> list[str]:
     """The laws whose fronts are told apart: the reference, and those that are best most often.
 
     Of laws that differ in their observer alone it is the best one.
@@ -83,7 +91,7 @@ def highlighted_laws(found: Findings) -> list[str]:
     return [law for law in dict.fromkeys(laws) if law in stems.values()][: MOST + 1]
 
 
-def the_map(found: Findings) -> "Plot":
+def map_picture(found: StudyView) -> "Plot":
     """Who wins in which cell at which level of activity."""
     laws = found.manifest["laws"]
     winners = []
@@ -97,10 +105,10 @@ def the_map(found: Findings) -> "Plot":
             families = [own, *(family for family in best.families if family != own)]
             margin = best.margin if best.next_family else math.inf
             winners.append(Winner(cell_at(name, level), families, observer_of(laws[best.law]), margin))
-    return plot_map(with_levels(found), winners, found.families)
+    return plot_map(grid_with_levels(found), winners, found.families)
 
 
-def factorial(found: Findings) -> "Plot":
+def factorial_picture(found: StudyView) -> "Plot":
     combinations = [
         Combination(row, observer_of(found.laws[law]) or "none", *found.to_reference(law), found.lost(law))
         for row, laws in found.rows().items()
@@ -116,30 +124,27 @@ def observer_of(law: Mapping[str, Any]) -> str:
     return str(law["observer"] or "").removesuffix("Observer")
 
 
-def parts(found: Findings) -> "Plot":
+def parts_picture(found: StudyView) -> "Plot":
     lines = [
         RatioLine(
             f"{one.whole} without {one.part}",
             *one.over_cells,
-            sure(one.over_cells, found.verdicts.rules),
+            is_sure(one.over_cells, found.verdicts.rules),
             f"{one.wins} / {one.ties} / {one.losses}",
         )
         for one in found.at.worths.values()
     ]
     lines.sort(key=lambda line: (math.isnan(line.value), -line.value))
     return plot_forest(
-        lines,
-        "error without the part over that with it",
-        found.verdicts.rules.margin,
-        "needed / tie / harm",
+        lines, "error without the part over that with it", found.verdicts.rules.margin, "needed / tie / harm"
     )
 
 
-def target(found: Findings) -> "Plot":
+def target_picture(found: StudyView) -> "Plot":
     return plot_target(target_points(found), found.families, found.metric, found.unit)
 
 
-def target_points(found: Findings) -> list[TargetPoint]:
+def target_points(found: StudyView) -> list[TargetPoint]:
     """The laws of the cell shown that run, and whose price on the target is known."""
     cell, most = found.at.cells[found.cell], found.verdicts.rules.most_lost
     points = []
@@ -147,11 +152,11 @@ def target_points(found: Findings) -> list[TargetPoint]:
         standing, operations = cell.standings[law], one.target.operations
         if operations and standing.lost.value <= most:
             family = str(found.manifest["laws"][law]["family"])
-            points.append(TargetPoint(law, family, standing.error, operations, kind_of(one.margins)))
+            points.append(TargetPoint(law, family, standing.error, operations, motion_kind(one.margins)))
     return points
 
 
-def limit(found: Findings) -> "Plot":
+def limit_picture(found: StudyView) -> "Plot":
     cell = found.at.cells[found.cell]
     lines = []
     for law, one in cell.limit.laws.items():

@@ -6,42 +6,42 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from hydroservo.core.formatting import counted, number
-from hydroservo.studies.pairs import Ratio
+from hydroservo.studies.law_pairs import ErrorRatio
 from hydroservo.studies.pareto import STILL
-from hydroservo.studies.report.findings import Findings, level_text, sure
-from hydroservo.studies.report.tables import kind_of
+from hydroservo.studies.report.tables import motion_kind
+from hydroservo.studies.report.view import StudyView, interval_text, is_sure, level_text
 
 MOST = 3  # names in a row
 WIDE = 10.0  # an end of an interval over the other, from which it says nothing
 
 
-def lead(found: Findings) -> str:
+def lead_sentence(found: StudyView) -> str:
     """Which laws are best at the activity that is shown."""
-    return f"{capital(level_text(found))}, {winners(found)}."
+    return f"A{level_text(found)[1:]}, {winners_text(found)}."
 
 
-def sentences(found: Findings) -> list[str]:
+def sentences(found: StudyView) -> list[str]:
     """What else is to be said: at which activity, how much, how surely, at what price."""
     others = [found._replace(level=level) for level in found.verdicts.levels if level != found.level]
     parts = [
-        *(lead(one) for one in others),
-        search(found),
+        *(lead_sentence(one) for one in others),
+        search_sentence(found),
         f"All that follows is {level_text(found)}.",
-        nearest_to_best(found),
-        against_reference(found),
-        lost_runs(found),
-        hunting(found),
-        on_target(found),
-        margins(found),
-        factors(found),
-        *worths(found),
-        *sensors(found),
-        *limits(found),
+        nearest_sentence(found),
+        reference_sentence(found),
+        lost_runs_sentence(found),
+        hunting_sentence(found),
+        target_sentence(found),
+        margins_sentence(found),
+        factors_sentence(found),
+        *worth_sentences(found),
+        *sensor_sentences(found),
+        *limit_sentences(found),
     ]
     return [part for part in parts if part]
 
 
-def winners(found: Findings) -> str:
+def winners_text(found: StudyView) -> str:
     """Which laws are best in how many cells, and in how many of them surely."""
     cells, every = found.at.cells.values(), len(found.verdicts.activity)
     if not cells:
@@ -50,27 +50,23 @@ def winners(found: Findings) -> str:
     if not best:
         return "every law loses too many runs in every cell"
     first, *others = best.most_common(MOST)
-    parts = [f"{law} in {count}{surely(found, law)}" for law, count in others]
+    parts = [f"{law} in {count}{surely_text(found, law)}" for law, count in others]
     rest = sum(best.values()) - first[1] - sum(count for _, count in others)
     parts += [f"others in {rest}"] if rest else []
-    text = f"{first[0]} is best in {first[1]} of {counted(every, 'cell')}{surely(found, first[0])}"
-    text = f"{text}, {listed(parts)}" if parts else text
+    text = f"{first[0]} is best in {first[1]} of {counted(every, 'cell')}{surely_text(found, first[0])}"
+    text = f"{text}, {enumeration(parts)}" if parts else text
     lost, lively = len(cells) - sum(best.values()), every - len(cells)
     text = f"{text}; in {lost} every law loses too many runs" if lost else text
     return f"{text}; in {lively} no law has so low an activity" if lively else text
 
 
-def surely(found: Findings, law: str) -> str:
+def surely_text(found: StudyView, law: str) -> str:
     """In how many cells a law is best and no other ties with it, in brackets; empty for none."""
     alone = sum(cell.best.ties == [law] for cell in found.at.cells.values())
     return f" (in {alone} surely)" if alone else ""
 
 
-def capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def nearest_to_best(found: Findings) -> str:
+def nearest_sentence(found: StudyView) -> str:
     """The law that is near the best most often."""
     areas = {law: area for law, area in found.at.areas.items() if law in found.laws and area.cells > 1}
     if len(areas) < 2:
@@ -88,7 +84,7 @@ def nearest_to_best(found: Findings) -> str:
     )
 
 
-def against_reference(found: Findings) -> str:
+def reference_sentence(found: StudyView) -> str:
     """How many laws are surely better and worse than the reference over all cells."""
     ratios = {law: found.to_reference(law) for law in found.laws if law != found.reference}
     known = {law: ratio for law, ratio in ratios.items() if not math.isnan(ratio.value)}
@@ -96,22 +92,22 @@ def against_reference(found: Findings) -> str:
         return ""
     rules = found.verdicts.rules
     less = sorted(
-        (law for law in known if sure(known[law], rules) and known[law].value < 1.0),
+        (law for law in known if is_sure(known[law], rules) and known[law].value < 1.0),
         key=lambda law: known[law].value,
     )
-    more = [law for law in known if sure(known[law], rules) and known[law].value > 1.0]
+    more = [law for law in known if is_sure(known[law], rules) and known[law].value > 1.0]
     ties = len(known) - len(less) - len(more)
     better = f"{len(less)} {'is' if len(less) == 1 else 'are'} surely better than {found.reference}"
     worse = f"{len(more)} {'is' if len(more) == 1 else 'are'} surely worse"
     counts = f"{better}, {ties} {'ties' if ties == 1 else 'tie'} and {worse}"
-    best = [f"{law} ({interval(known[law])})" for law in less[:MOST]]
-    furthest = f" Furthest ahead: {listed(best)}." if best else ""
+    best = [f"{law} ({interval_text(known[law])})" for law in less[:MOST]]
+    furthest = f" Furthest ahead: {enumeration(best)}." if best else ""
     unknown = len(ratios) - len(known)
     others = f" {counted(unknown, 'law')} cannot be compared in every cell." if unknown else ""
     return f"Over all cells, of {counted(len(known), 'law')} {counts}.{furthest}{others}"
 
 
-def lost_runs(found: Findings) -> str:
+def lost_runs_sentence(found: StudyView) -> str:
     """How many test runs were lost, and by whom in the cells with a best law."""
     runs, lost, losing = 0, 0, set()
     for cell in found.at.cells.values():
@@ -134,7 +130,7 @@ def lost_runs(found: Findings) -> str:
     return f"{total}; in the cells with a best law {by}, and all others none."
 
 
-def hunting(found: Findings) -> str:
+def hunting_sentence(found: StudyView) -> str:
     """In how many pairs of law and cell some test runs oscillate for good."""
     shares = [one.hunting for cell in found.at.cells.values() for one in cell.standings.values()]
     known = [one for one in shares if not math.isnan(one)]
@@ -149,7 +145,7 @@ def hunting(found: Findings) -> str:
     )
 
 
-def on_target(found: Findings) -> str:
+def target_sentence(found: StudyView) -> str:
     """What the winners of cells take on the target against the reference."""
     ratios = []
     for cell in found.at.cells.values():
@@ -160,18 +156,18 @@ def on_target(found: Findings) -> str:
     if not ratios:
         return ""
     return (
-        f"On the target the best law takes {span(ratios)} the operations of a sample that "
+        f"On the target the best law takes {range_text(ratios)} the operations of a sample that "
         f"{found.reference} takes, in {counted(len(ratios), 'cell')}."
     )
 
 
-def margins(found: Findings) -> str:
+def margins_sentence(found: StudyView) -> str:
     """How many loops have margins, and how small those of winners are."""
     cells = found.at.cells.values()
     known = [one.margins for cell in cells for one in cell.properties.values()]
     if not known:
         return ""
-    kinds = Counter(map(kind_of, known))
+    kinds = Counter(map(motion_kind, known))
     best = [cell.properties[cell.best.law].margins for cell in cells if cell.best.law in cell.properties]
     peaks = [one.sensitivity_peak for one in best if one.stable]
     ends = " to ".join(dict.fromkeys(number(one) for one in (min(peaks), max(peaks)))) if peaks else ""
@@ -182,39 +178,39 @@ def margins(found: Findings) -> str:
     )
 
 
-def factors(found: Findings) -> str:
+def factors_sentence(found: StudyView) -> str:
     """What differences between laws are owed to."""
     known = {name: one for name, one in found.at.effects.items() if not math.isnan(one.share)}
     if not known or not found.rows():
         return ""
     ordered = sorted(known.items(), key=lambda one: -one[1].share)
-    parts = [f"the {name} explains {share(one.share, one.low, one.high)}" for name, one in ordered]
+    parts = [f"the {name} explains {share_text(one.share, one.low, one.high)}" for name, one in ordered]
     beyond = ", each beyond the others" if len(parts) > 1 else ""
     return (
-        f"Of what errors differ by within cells {listed(parts)}{beyond}; the rest is interaction, and what "
-        "the combinations tried cannot tell apart."
+        f"Of what errors differ by within cells {enumeration(parts)}{beyond}; the rest is interaction, and "
+        "what the combinations tried cannot tell apart."
     )
 
 
-def worths(found: Findings) -> list[str]:
+def worth_sentences(found: StudyView) -> list[str]:
     """What parts of laws earn."""
     lines = []
     for one in found.at.worths.values():
         ratio = one.over_cells
         if not is_narrow(ratio):
             continue
-        tie = not sure(ratio, found.verdicts.rules)
+        tie = not is_sure(ratio, found.verdicts.rules)
         harm = "it does harm" if ratio.value < 1.0 else "it earns its place"
         cells = counted(one.wins + one.ties + one.losses, "cell")
         lines.append(
-            f"Without {one.part} the error of {one.whole} is {interval(ratio)} times as large: "
+            f"Without {one.part} the error of {one.whole} is {interval_text(ratio)} times as large: "
             f"{'it earns nothing that can be told' if tie else harm} (needed in {one.wins}, a tie in "
             f"{one.ties}, better without in {one.losses} of {cells})."
         )
     return lines
 
 
-def sensors(found: Findings) -> list[str]:
+def sensor_sentences(found: StudyView) -> list[str]:
     """What sensors are worth."""
     words = {"V": "velocity or position alone", "VP": "load pressure too", "VPX": "the spool's place too"}
     lines = []
@@ -222,13 +218,13 @@ def sensors(found: Findings) -> list[str]:
         without, _, with_it = name.partition(" over ")
         if is_narrow(ratio):
             lines.append(
-                f"Sensors: the best law with {words[without]} has {interval(ratio)} times the error of the "
-                f"best with {words[with_it]}."
+                f"Sensors: the best law with {words[without]} has {interval_text(ratio)} times the error of "
+                f"the best with {words[with_it]}."
             )
     return lines
 
 
-def limits(found: Findings) -> list[str]:
+def limit_sentences(found: StudyView) -> list[str]:
     """How far the best are from the least that is possible, and what the limits leave open."""
     cells = found.at.cells.values()
     best = [cell.limit.laws[cell.best.law] for cell in cells if cell.best.law in cell.limit.laws]
@@ -236,9 +232,11 @@ def limits(found: Findings) -> list[str]:
     said = []
     if own:
         lost, runs = sum(one.lost for one in own), sum(one.runs for one in own)
+        clairvoyant = range_text([one.clairvoyant for one in own])
+        causal = range_text([one.causal for one in own])
         said.append(
-            f"The best law of a cell leaves {span([one.clairvoyant for one in own])} the least error of any "
-            f"command that knows the future, and {span([one.causal for one in own])} that of one to which "
+            f"The best law of a cell leaves {clairvoyant} the least error of any "
+            f"command that knows the future, and {causal} that of one to which "
             f"jumps are known once they are there, on the {counted(runs, 'run')} of conditions whose limits "
             f"were sought{f', without {lost} that were lost' if lost else ''}."
         )
@@ -256,7 +254,7 @@ def limits(found: Findings) -> list[str]:
     return said
 
 
-def search(found: Findings) -> str:
+def search_sentence(found: StudyView) -> str:
     """How still the fronts are, at all levels of activity."""
     moved = [one.moved for own in found.verdicts.fronts.values() for one in own.values()]
     if not moved:
@@ -268,28 +266,23 @@ def search(found: Findings) -> str:
     )
 
 
-def is_narrow(ratio: Ratio) -> bool:
+def is_narrow(ratio: ErrorRatio) -> bool:
     """Whether a ratio is known well enough for a sentence: its interval is less than a decade."""
     return ratio.low > 0.0 and ratio.high < WIDE * ratio.low
 
 
-def interval(ratio: Ratio) -> str:
-    """A ratio with its interval, such as ``0.83 [0.76, 0.90]``."""
-    return f"{number(ratio.value)} [{number(ratio.low)}, {number(ratio.high)}]"
-
-
-def share(value: float, low: float, high: float) -> str:
+def share_text(value: float, low: float, high: float) -> str:
     """A share with its interval, in percent."""
     ends = "" if math.isnan(low) else f" [{100.0 * max(low, 0.0):.0f}, {100.0 * max(high, 0.0):.0f}]"
     return f"{100.0 * max(value, 0.0):.0f} %{ends}"
 
 
-def span(ratios: Sequence[float]) -> str:
+def range_text(ratios: Sequence[float]) -> str:
     """The range of some ratios."""
     low, high = number(min(ratios)), number(max(ratios))
     return f"{low} times" if low == high else f"{low} to {high} times"
 
 
-def listed(parts: Sequence[str], last: str = "and") -> str:
+def enumeration(parts: Sequence[str], last: str = "and") -> str:
     """Parts as they stand in a sentence."""
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} {last} {parts[-1]}" if parts else ""

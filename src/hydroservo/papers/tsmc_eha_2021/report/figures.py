@@ -11,13 +11,21 @@ import xarray as xr
 from hydroservo.control.metrics import METRIC_FIELDS
 from hydroservo.core.formatting import measured, number, quantity
 from hydroservo.figures import panels
-from hydroservo.figures.panels import Curve, Panel, Samples, Trace, Window, panel_figure, trace_of
+from hydroservo.figures.panels import (
+    Panel,
+    PlottedRun,
+    Samples,
+    SignalCurve,
+    TimeWindow,
+    panel_figure,
+    trace_of,
+)
 from hydroservo.figures.style import COLOURS, Plot, style
-from hydroservo.papers.tsmc_eha_2021.claims import CONTROLLERS, outcome
+from hydroservo.papers.tsmc_eha_2021.claims import CONTROLLERS, run_outcome
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, DURATION, PERIOD
 from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, Trajectories
-from hydroservo.papers.tsmc_eha_2021.study import Progress
-from hydroservo.show.page import write_figure
+from hydroservo.papers.tsmc_eha_2021.study import PaperProgress
+from hydroservo.show.files import write_figure
 
 START = 0.03  # [s] how much of the start from rest is shown
 JUMP = 0.5 * PERIOD  # [s] the square's first
@@ -25,14 +33,14 @@ TROUGH = 0.75 * PERIOD  # [s] the sine's first
 
 WHOLE = panels.WHOLE._replace(stop=DURATION)
 SHORT = {
-    "sine": Window("start", 0.0, START, label="time [ms]", factor=1e3, dots=True),
-    "square": Window(
+    "sine": TimeWindow("start", 0.0, START, label="time [ms]", factor=1e3, dots=True),
+    "square": TimeWindow(
         f"jump at {JUMP:g} s", JUMP - 0.01, JUMP + 0.06, JUMP, "time after the jump [ms]", 1e3, dots=True
     ),
 }
 CLOSE = {
-    "sine": Window("trough, close by", TROUGH - 0.1, TROUGH + 0.1),
-    "square": Window("after the jump, close by", JUMP + 0.1, JUMP + 0.5 * PERIOD - 0.1),
+    "sine": TimeWindow("trough, close by", TROUGH - 0.1, TROUGH + 0.1),
+    "square": TimeWindow("after the jump, close by", JUMP + 0.1, JUMP + 0.5 * PERIOD - 0.1),
 }
 VELOCITIES = "Piston velocity with the three controllers"
 ERRORS = "Velocity errors of the three controllers"
@@ -82,12 +90,7 @@ CAPTIONS = {
         f"(a), (b) Whole run and {AT_JUMP}, on a range for all three",
         "(c), (d) The same on a range for the settled errors of PI and TSMC",
     ),
-    7: caption(
-        ESTIMATES,
-        "sine",
-        "(a), (c) Whole run",
-        "(b), (d) Estimate less true disturbance",
-    ),
+    7: caption(ESTIMATES, "sine", "(a), (c) Whole run", "(b), (d) Estimate less true disturbance"),
     8: caption(
         ESTIMATES,
         "square",
@@ -114,10 +117,10 @@ def seen_velocities(trajectories: Trajectories, demand: str) -> str:
     """How closely the three velocities follow a sine, or how fast and far they leave a square's jump."""
     if demand == "sine":
         peak = float(np.max(np.abs(trajectories["sine-pi"]["reference.value"].to_numpy())))
-        worst = ranked(trajectories, demand, "steady_max_error")
+        worst = ranking(trajectories, demand, "steady_max_error")
         return f"Largest error in the second half, under a demand of {quantity(peak, 'm/s')} peak: {worst}."
-    settling = ranked(trajectories, demand, "settling_time")
-    overshoot = ranked(trajectories, demand, "overshoot")
+    settling = ranking(trajectories, demand, "settling_time")
+    overshoot = ranking(trajectories, demand, "overshoot")
     return (
         f"{METRIC_FIELDS['settling_time'].meaning.capitalize()} ({JUMP:g} s: not before the next jump): "
         f"{settling}. "
@@ -127,8 +130,8 @@ def seen_velocities(trajectories: Trajectories, demand: str) -> str:
 
 def seen_errors(trajectories: Trajectories, demand: str) -> str:
     """The three rms errors."""
-    run = ranked(trajectories, demand, "rms_error")
-    steady = ranked(trajectories, demand, "steady_rms_error")
+    run = ranking(trajectories, demand, "rms_error")
+    steady = ranking(trajectories, demand, "steady_rms_error")
     return f"Rms error over the whole run: {run}. In the second half: {steady}."
 
 
@@ -150,7 +153,7 @@ def seen_estimates(trajectories: Trajectories, demand: str) -> str:
 def seen_surfaces(trajectories: Trajectories, demand: str) -> str:
     """How close to zero the surfaces stay, and what command that takes."""
     run = trajectories[f"{demand}-tsmc"]
-    settled = outcome(run, demand).settled
+    settled = run_outcome(run, demand).settled
     return (
         f"Once settled |ξ₁| stays within {quantity(settled['xi1'], 'm/s')} and |ξ₂| within "
         f"{quantity(settled['xi2'], 'm/s^2')}. The command is {measured(run, 'control_rms')} rms, at most "
@@ -159,7 +162,7 @@ def seen_surfaces(trajectories: Trajectories, demand: str) -> str:
     )
 
 
-def ranked(trajectories: Trajectories, demand: str, metric: str) -> str:
+def ranking(trajectories: Trajectories, demand: str, metric: str) -> str:
     """The three controllers with one metric, the smallest first."""
     runs = {name: trajectories[f"{demand}-{name}"] for name in CONTROLLERS}
 
@@ -180,7 +183,7 @@ class PaperFigure(NamedTuple):
 
 
 def draw_figures(
-    trajectories: Trajectories, out: Path, origin: str, progress: Progress | None = None
+    trajectories: Trajectories, out: Path, origin: str, progress: PaperProgress | None = None
 ) -> list[Path]:
     """Write ``fig03`` to ``fig10`` as PNG and SVG."""
     written = []
@@ -193,20 +196,20 @@ def draw_figures(
     return written
 
 
-def velocities(trajectories: Trajectories, demand: str) -> Plot:
+def plot_velocities(trajectories: Trajectories, demand: str) -> Plot:
     """The three velocities: whole run, start or jump, and from close by what lies on one another."""
     traces = traces_of(trajectories, demand)
     curves = [controller_curve(name, trace, trace.signal) for name, trace in traces.items()]
     longest = max(traces.values(), key=lambda trace: trace.time.size)
     curves.append(
-        Curve("demand", longest.time, longest.demand, COLOURS["demand"], 0.8, "--", demand == "square")
+        SignalCurve("demand", longest.time, longest.demand, COLOURS["demand"], 0.8, "--", demand == "square")
     )
     panels = [Panel("velocity", "m/s", curves, window) for window in (WHOLE, SHORT[demand])]
     panels.append(Panel("velocity", "m/s", curves, CLOSE[demand], fitted=("PI", "TSMC", "demand")))
     return panel_figure(panels, "aab\naac", 4.0)
 
 
-def errors(trajectories: Trajectories, demand: str) -> Plot:
+def plot_errors(trajectories: Trajectories, demand: str) -> Plot:
     """The three tracking errors, above on an axis for the largest, below on one for PI and TSMC."""
     traces = traces_of(trajectories, demand)
     curves = [controller_curve(name, trace, trace.error) for name, trace in traces.items()]
@@ -220,17 +223,17 @@ def errors(trajectories: Trajectories, demand: str) -> Plot:
     return panel_figure(panels, "aab\nccd", 4.3)
 
 
-def estimates(trajectories: Trajectories, demand: str) -> Plot:
+def plot_estimates(trajectories: Trajectories, demand: str) -> Plot:
     """Both estimates over the true disturbances; beside each what it misses, or how it follows a jump."""
-    trace = trace_of(shown(trajectories, demand, "tsmc"))
+    trace = trace_of(shown_run(trajectories, demand, "tsmc"))
     panels = []
     for i, unit in enumerate(("m/s^2", "N/s")):
         symbol = f"$d_{{L{i + 1}}}$"
         truth, estimate = trace.disturbances[i], trace.estimates[i]
-        error = Curve("error", trace.time, estimate - truth, COLOURS["TSMC"])
+        error = SignalCurve("error", trace.time, estimate - truth, COLOURS["TSMC"])
         both = [
-            Curve("true disturbance", trace.time, truth, TRUTH, 2.6),
-            Curve("estimate", trace.time, estimate, COLOURS["TSMC"], 1.0),
+            SignalCurve("true disturbance", trace.time, truth, TRUTH, 2.6),
+            SignalCurve("estimate", trace.time, estimate, COLOURS["TSMC"], 1.0),
         ]
         if demand == "sine":
             panels += [
@@ -243,9 +246,9 @@ def estimates(trajectories: Trajectories, demand: str) -> Plot:
     return panel_figure(panels, "ab\ncd" if demand == "sine" else "aab\nccd", 4.2)
 
 
-def surfaces(trajectories: Trajectories, demand: str) -> Plot:
+def plot_surfaces(trajectories: Trajectories, demand: str) -> Plot:
     """Both sliding surfaces and the command of TSMC."""
-    dataset = shown(trajectories, demand, "tsmc")
+    dataset = shown_run(trajectories, demand, "tsmc")
     trace = trace_of(dataset)
     end = trace.time.size
     spiked = {"sine": r"$\xi_2$", "square": r"$\xi_1$"}[demand]
@@ -255,23 +258,23 @@ def surfaces(trajectories: Trajectories, demand: str) -> Plot:
         (r"$\xi_2$", "m/s^2", dataset["controller.xi2"].to_numpy()[:end]),
         ("command $u$", "V", trace.command),
     ):
-        curves = [Curve("TSMC", trace.time, values, COLOURS["TSMC"])]
+        curves = [SignalCurve("TSMC", trace.time, values, COLOURS["TSMC"])]
         fitted = ["TSMC"] if symbol == spiked else []
         panels += [Panel(symbol, unit, curves, WHOLE, fitted), Panel(symbol, unit, curves, SHORT[demand])]
     return panel_figure(panels, "aab\nccd\neef", 5.4)
 
 
-def traces_of(trajectories: Trajectories, demand: str) -> dict[str, Trace]:
-    return {name: trace_of(shown(trajectories, demand, name)) for name in CONTROLLERS}
+def traces_of(trajectories: Trajectories, demand: str) -> dict[str, PlottedRun]:
+    return {name: trace_of(shown_run(trajectories, demand, name)) for name in CONTROLLERS}
 
 
-def shown(trajectories: Trajectories, demand: str, controller: str) -> xr.Dataset:
+def shown_run(trajectories: Trajectories, demand: str, controller: str) -> xr.Dataset:
     """A run without its last sample, which lies on a jump of the square."""
     return trajectories[f"{demand}-{controller}"].isel(time=slice(-1))
 
 
-def controller_curve(name: str, trace: Trace, values: Samples) -> Curve:
-    return Curve(NAMES[name], trace.time, values, LAW_COLOURS[name], WIDTHS[name])
+def controller_curve(name: str, trace: PlottedRun, values: Samples) -> SignalCurve:
+    return SignalCurve(NAMES[name], trace.time, values, LAW_COLOURS[name], WIDTHS[name])
 
 
 def paper_figure(
@@ -286,13 +289,13 @@ def paper_figure(
 
 
 FIGURES = (
-    paper_figure(3, "sine", velocities, seen_velocities),
-    paper_figure(4, "sine", errors, seen_errors),
-    paper_figure(5, "square", velocities, seen_velocities),
-    paper_figure(6, "square", errors, seen_errors),
-    paper_figure(7, "sine", estimates, seen_estimates),
-    paper_figure(8, "square", estimates, seen_estimates),
-    paper_figure(9, "sine", surfaces, seen_surfaces),
-    paper_figure(10, "square", surfaces, seen_surfaces),
+    paper_figure(3, "sine", plot_velocities, seen_velocities),
+    paper_figure(4, "sine", plot_errors, seen_errors),
+    paper_figure(5, "square", plot_velocities, seen_velocities),
+    paper_figure(6, "square", plot_errors, seen_errors),
+    paper_figure(7, "sine", plot_estimates, seen_estimates),
+    paper_figure(8, "square", plot_estimates, seen_estimates),
+    paper_figure(9, "sine", plot_surfaces, seen_surfaces),
+    paper_figure(10, "square", plot_surfaces, seen_surfaces),
 )
 """The figures in the paper's order."""

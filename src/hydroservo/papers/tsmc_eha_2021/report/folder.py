@@ -13,12 +13,11 @@ from hydroservo.papers.tsmc_eha_2021.errata import ERRATA
 from hydroservo.papers.tsmc_eha_2021.machine import COMMAND_LIMIT, DURATION
 from hydroservo.papers.tsmc_eha_2021.report import tables, theory
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES, draw_figures
-from hydroservo.papers.tsmc_eha_2021.report.names import FLAGS, Trajectories, condition_name, symbols
+from hydroservo.papers.tsmc_eha_2021.report.names import FLAGS, Trajectories, condition_name, html_symbols
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, FILLS, draw_map, draw_overview
-from hydroservo.papers.tsmc_eha_2021.study import Progress, Study
+from hydroservo.papers.tsmc_eha_2021.study import PaperProgress, PaperStudy
 from hydroservo.runs.results import metrics_csv, save
-from hydroservo.show.numbers import METRICS, write_metrics
-from hydroservo.show.page import address, environment, write_figure
+from hydroservo.show.files import METRICS, data_address, template_environment, write_figure, write_metrics
 
 if TYPE_CHECKING:
     import jinja2
@@ -26,32 +25,26 @@ if TYPE_CHECKING:
 REPORT = "report.html"
 
 
-def page(study: Study, out: Path, fingerprint: str) -> str:
-    """The report's HTML.
-
-    Args:
-        study: what is reported.
-        out: the folder that holds the figures and pictures of verdicts as SVG.
-        fingerprint: names the results.
-    """
+def paper_page(study: PaperStudy, out: Path, fingerprint: str) -> str:
+    """The report's HTML."""
     data = study.trajectories
     return template().render(
         paper=paper,
         version=next(iter(data.values())).attrs["version"],
         fingerprint=fingerprint,
         scenarios=[{"name": f"paper/{name}", "hash": one.attrs["hash"]} for name, one in data.items()],
-        grid=tables.grid(),
+        grid=tables.condition_grid(),
         runs=len(study.outcomes),
         duration=quantity(DURATION, "s"),
         limit=quantity(COMMAND_LIMIT.limit, "V"),
         step=f"{1e6 * STEP:g} µs",
-        summary=tables.summary(study),
+        summary=tables.verdict_summary(study),
         reproduced=", ".join(condition_name(REPRODUCED)),
         literal=", ".join(condition_name(LITERAL)),
-        overview=address(out / "overview.svg"),
-        map=address(out / "verdicts.svg"),
+        overview=data_address(out / "overview.svg"),
+        map=data_address(out / "verdicts.svg"),
         verdicts=tables.verdict_rows(study),
-        figures=figures(data, out),
+        figures=figure_rows(data, out),
         metrics=tables.metric_rows(data),
         stroke=tables.stroke(study),
         errata=ERRATA,
@@ -67,24 +60,24 @@ def page(study: Study, out: Path, fingerprint: str) -> str:
 
 
 def template() -> "jinja2.Template":
-    templates = environment("hydroservo.papers.tsmc_eha_2021.report")
-    templates.filters["symbols"] = symbols
+    templates = template_environment("hydroservo.papers.tsmc_eha_2021.report")
+    templates.filters["symbols"] = html_symbols
     return templates.get_template("report.html.j2")
 
 
-def figures(trajectories: Trajectories, out: Path) -> list[dict[str, Any]]:
+def figure_rows(trajectories: Trajectories, out: Path) -> list[dict[str, Any]]:
     return [
         {
             "number": one.number,
             "caption": one.caption,
             "seen": one.seen(trajectories),
-            "picture": address(out / f"fig{one.number:02d}.svg"),
+            "picture": data_address(out / f"fig{one.number:02d}.svg"),
         }
         for one in FIGURES
     ]
 
 
-def write_report(study: Study, out: Path, progress: Progress | None = None) -> Path:
+def write_paper_report(study: PaperStudy, out: Path, progress: PaperProgress | None = None) -> Path:
     """Write the study's figures, pictures of verdicts, data and report into a folder.
 
     The folder then holds ``report.html``, ``fig03`` to ``fig10``, ``verdicts`` and ``overview`` (PNG and
@@ -100,20 +93,20 @@ def write_report(study: Study, out: Path, progress: Progress | None = None) -> P
         for name, dataset in study.trajectories.items():
             save(dataset, stage / "trajectories" / f"{name}.nc")
         write_text(stage / "metrics.csv", table)
-        write_text(stage / REPORT, page(study, stage, fingerprint))
-        write_metrics(stage, {"fingerprint": fingerprint, **content(study)})
+        write_text(stage / REPORT, paper_page(study, stage, fingerprint))
+        write_metrics(stage, {"fingerprint": fingerprint, **paper_numbers(study)})
     return out / REPORT
 
 
-def report_files(out: Path) -> list[Path]:
-    """What :func:`write_report` writes into a folder."""
+def paper_report_files(out: Path) -> list[Path]:
+    """What :func:`write_paper_report` writes into a folder."""
     stems = [*(f"fig{one.number:02d}" for one in FIGURES), "verdicts", "overview"]
     pictures = [f"{stem}{ending}" for stem in stems for ending in (".png", ".svg")]
     trajectories = [f"trajectories/{demand}-{law}.nc" for demand in DEMANDS for law in CONTROLLERS]
     return [out / name for name in (*pictures, *trajectories, "metrics.csv", REPORT, METRICS)]
 
 
-def content(study: Study) -> dict[str, Any]:
+def paper_numbers(study: PaperStudy) -> dict[str, Any]:
     """All runs, all ratios and all verdicts."""
     runs = study.metrics.astype(dict.fromkeys(FLAGS, bool))
     first = next(iter(study.trajectories.values()))

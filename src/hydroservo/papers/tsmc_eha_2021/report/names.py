@@ -7,7 +7,7 @@ from typing import Any
 import xarray as xr
 
 from hydroservo.core.formatting import MINUS, NONE
-from hydroservo.papers.tsmc_eha_2021.claims import Condition, Run
+from hydroservo.papers.tsmc_eha_2021.claims import Condition, PaperRun
 
 SIGNS = {"+-": "±", "<=": "≤", "-Delta": f"{MINUS}Δ", "Delta": "Δ", "m/s^2": "m/s²"}
 GREEK = ("alpha", "beta", "delta", "mu", "rho", "xi", "zeta")  # as HTML names them
@@ -25,11 +25,11 @@ NAMES = {"pi": "PI", "backstepping": "backstepping", "tsmc": "TSMC"}
 DELTAS = {-1: f"{MINUS}Δ", 0: "nominal", 1: "+Δ"}  # the six uncertain parameters
 
 
-def symbols(text: str) -> Any:
+def html_symbols(text: str) -> Any:
     """Plain text as HTML in which symbols look like symbols and names of parameters like code."""
     from markupsafe import Markup, escape
 
-    return Markup(SYMBOL.sub(symbol, str(escape(plain_signs(text)))))  # noqa: S704 - escaped just before
+    return Markup(SYMBOL.sub(html_symbol, str(escape(plain_signs(text)))))  # noqa: S704 - escaped just before
 
 
 def plain_signs(text: str) -> str:
@@ -40,11 +40,11 @@ def plain_signs(text: str) -> str:
     return re.sub(r"(?<=[ (])-(?=[ \w])", MINUS, text)
 
 
-def symbol(found: re.Match[str]) -> str:
+def html_symbol(found: re.Match[str]) -> str:
     if found["code"]:
         return f"<code>{found['code']}</code>"
     if found["power"]:
-        return f"<sup>{SYMBOL.sub(symbol, found['power'])}</sup>"
+        return f"<sup>{SYMBOL.sub(html_symbol, found['power'])}</sup>"
     base = found["base"] or found["greek"]
     sub = found["named"] or found["index"]
     return f"<i>{f'&{base};' if base in GREEK else base}</i>" + (f"<sub>{sub}</sub>" if sub else "")
@@ -60,7 +60,7 @@ def run_name(demand: str, controller: str) -> str:
     return f"{NAMES[controller]} on the {demand}"
 
 
-def condition_name(condition: Condition | Run) -> list[str]:
+def condition_name(condition: Condition | PaperRun) -> list[str]:
     """The five parts of a condition, each as it is read."""
     return [
         condition.reading,

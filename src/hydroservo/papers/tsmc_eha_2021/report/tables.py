@@ -24,7 +24,7 @@ from hydroservo.papers.tsmc_eha_2021.claims import (
     Condition,
     Judgement,
     Results,
-    runs_of,
+    condition_runs,
 )
 from hydroservo.papers.tsmc_eha_2021.report.names import (
     DELTAS,
@@ -35,8 +35,8 @@ from hydroservo.papers.tsmc_eha_2021.report.names import (
     run_name,
 )
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import colour_class
-from hydroservo.papers.tsmc_eha_2021.study import Study, Verdict
-from hydroservo.runs.results import best_runs, metric_fields, metrics_of, scenario_of
+from hydroservo.papers.tsmc_eha_2021.study import PaperStudy, Verdict
+from hydroservo.runs.results import best_runs, metric_fields, metrics_of, scenario_tables
 
 SETTLED = {
     "error": Field("m/s", "largest velocity error once settled"),
@@ -47,7 +47,7 @@ SETTLED = {
     "miss1": Field("m/s^2", "largest error of the estimate of d_L1 once settled"),
     "miss2": Field("N/s", "largest error of the estimate of d_L2 once settled"),
 }
-Table = list[dict[str, Any]]
+TemplateRows = list[dict[str, Any]]
 
 HOLDS = {True: show.Cell("holds", mark=show.Mark.GOOD), False: show.Cell("fails", mark=show.Mark.BAD)}
 
@@ -88,7 +88,7 @@ def without_numbers(judgement: Judgement, results: Results) -> str:
     return f"{', '.join(lost)} diverged" + (", so no rival is left" if judgement.ratio == 0.0 else "")
 
 
-def grid() -> Table:
+def condition_grid() -> TemplateRows:
     """The values that a condition combines."""
     return [
         {"name": "reading of the print", "values": READINGS},
@@ -99,7 +99,7 @@ def grid() -> Table:
     ]
 
 
-def summary(study: Study) -> str:
+def verdict_summary(study: PaperStudy) -> str:
     """The verdicts, counted."""
     total, many = study.verdicts[0].total, len(study.verdicts)
     reproduced = sum(verdict.reproduced for verdict in study.verdicts)
@@ -128,25 +128,25 @@ def verdict_table(verdicts: Sequence[Verdict]) -> show.Table:
     return show.Table("verdicts", [*columns], rows)
 
 
-def verdict_rows(study: Study) -> Table:
+def verdict_rows(study: PaperStudy) -> TemplateRows:
     """A row for each claim: its verdicts, and what decides it as reproduced and to the letter."""
     return [
         {
             "verdict": verdict,
             "judged": [
-                {"holds": verdict.reproduced, "why": why(study, claim, REPRODUCED)},
-                {"holds": verdict.to_the_letter, "why": why(study, claim, LITERAL)},
+                {"holds": verdict.reproduced, "why": deciding_reason(study, claim, REPRODUCED)},
+                {"holds": verdict.to_the_letter, "why": deciding_reason(study, claim, LITERAL)},
             ],
         }
         for claim, verdict in zip(CLAIMS, study.verdicts, strict=True)
     ]
 
 
-def why(study: Study, claim: Claim, condition: Condition) -> str:
-    return worst_case(claim, {key: study.outcomes[run] for key, run in runs_of(condition).items()})
+def deciding_reason(study: PaperStudy, claim: Claim, condition: Condition) -> str:
+    return worst_case(claim, {key: study.outcomes[run] for key, run in condition_runs(condition).items()})
 
 
-def metric_rows(trajectories: Trajectories) -> Table:
+def metric_rows(trajectories: Trajectories) -> TemplateRows:
     """A row for each metric, a column for each run shown; the best of each demand is marked."""
     runs = [metrics_of(run) for run in trajectories.values()]
     rows = []
@@ -156,22 +156,22 @@ def metric_rows(trajectories: Trajectories) -> Table:
         unit, texts = column(values, field.unit)
         if name in FLAGS:
             texts = [yes_or_no(value) for value in values]
-        marks = best(runs, name) if field.smaller_is_better else [False] * len(runs)
+        marks = best_marks(runs, name) if field.smaller_is_better else [False] * len(runs)
         rows.append({"meaning": field.meaning, "unit": unit, "cells": list(zip(texts, marks, strict=True))})
     return rows
 
 
-def best(runs: Sequence[Mapping[str, float | bool]], name: str) -> list[bool]:
+def best_marks(runs: Sequence[Mapping[str, float | bool]], name: str) -> list[bool]:
     """Which runs have the best value of a metric on their demand."""
     size = len(CONTROLLERS)
     groups = [runs[start : start + size] for start in range(0, len(runs), size)]
     return [i in best_runs(group, name) for group in groups for i in range(size)]
 
 
-def stroke(study: Study) -> dict[str, Any]:
+def stroke(study: PaperStudy) -> dict[str, Any]:
     """Which runs left the stroke, of those shown and of all."""
     first = next(iter(study.trajectories.values()))
-    limit = scenario_of(first)["plant"]["stroke"]
+    limit = scenario_tables(first)["plant"]["stroke"]
     shown = [stroke_row(study, *key) for key in product(DEMANDS, CONTROLLERS)]
     left = ", ".join(one["name"] for one in shown if one["left"])
     every = study.metrics["stroke_left"]
@@ -182,7 +182,7 @@ def stroke(study: Study) -> dict[str, Any]:
     }
 
 
-def stroke_row(study: Study, demand: str, controller: str) -> dict[str, Any]:
+def stroke_row(study: PaperStudy, demand: str, controller: str) -> dict[str, Any]:
     run = study.trajectories[f"{demand}-{controller}"]
     metrics = study.metrics
     every = metrics[(metrics["demand"] == demand) & (metrics["controller"] == controller)]["stroke_left"]
@@ -196,7 +196,7 @@ def stroke_row(study: Study, demand: str, controller: str) -> dict[str, Any]:
     }
 
 
-def ratio_rows(study: Study) -> Table:
+def ratio_rows(study: PaperStudy) -> TemplateRows:
     """A row for each condition, a ratio and its colour for each claim."""
     rows: dict[Condition, list[float]] = {}
     for *key, ratio in study.claims[[*Condition._fields, "ratio"]].itertuples(index=False, name=None):
@@ -210,7 +210,7 @@ def ratio_rows(study: Study) -> Table:
     ]
 
 
-def listed_rows(study: Study) -> dict[str, Any]:
+def listed_rows(study: PaperStudy) -> dict[str, Any]:
     """Every run with its most telling metrics, each column in one unit."""
     metrics = study.metrics
     columns = {name: column(metrics[name].tolist(), METRIC_FIELDS[name].unit) for name in LISTED}

@@ -15,8 +15,8 @@ from hydroservo.papers.tsmc_eha_2021.lemmas import condition_17, condition_25, l
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, OBSERVER, TERMINAL
 from hydroservo.papers.tsmc_eha_2021.printed import printed_settling_bound
 from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories
-from hydroservo.papers.tsmc_eha_2021.report.tables import Table
-from hydroservo.runs.results import scenario_of
+from hydroservo.papers.tsmc_eha_2021.report.tables import TemplateRows
+from hydroservo.runs.results import scenario_tables
 
 LEAST_XI2 = CONVERGED * SURFACE_GAIN * AMPLITUDE  # [m/s^2] below it the claims count xi2 as converged
 
@@ -32,7 +32,7 @@ class Surface(NamedTuple):
     exponent: float
 
 
-class Laws(NamedTuple):
+class RunLaws(NamedTuple):
     """What ran in the computer of a run with TSMC."""
 
     controller: TSMC
@@ -40,16 +40,16 @@ class Laws(NamedTuple):
     period: float  # [s]
 
 
-def bound_rows(trajectories: Trajectories) -> Table:
+def bound_rows(trajectories: Trajectories) -> TemplateRows:
     """Lemma 1 from the largest value of each surface on: both bounds, and what is left there."""
     return [
-        {"demand": demand, "name": surface.name} | bounds(run, surface)
-        for demand, run in finished(trajectories)
-        for surface in surfaces(run)
+        {"demand": demand, "name": surface.name} | bound_row(run, surface)
+        for demand, run in finished_runs(trajectories)
+        for surface in run_surfaces(run)
     ]
 
 
-def bounds(run: xr.Dataset, surface: Surface) -> dict[str, str]:
+def bound_row(run: xr.Dataset, surface: Surface) -> dict[str, str]:
     time, size = run["time"].to_numpy(), np.abs(run[surface.path].to_numpy())
     first = int(np.argmax(size))
     alpha = 0.5 * (1.0 + surface.exponent)
@@ -67,12 +67,12 @@ def bounds(run: xr.Dataset, surface: Surface) -> dict[str, str]:
     return row
 
 
-def gain_rows(trajectories: Trajectories) -> Table:
+def gain_rows(trajectories: Trajectories) -> TemplateRows:
     """Lemma 2 on both runs of TSMC, the law that has an observer."""
     rows = []
     for demand in DEMANDS:
         run = trajectories[f"{demand}-tsmc"]
-        observer = laws(run).observer
+        observer = run_laws(run).observer
         gains = (observer.switching_gain_1, observer.switching_gain_2)
         channels = zip(("d_L1", "d_L2"), ("m/s^2", "N/s"), gains, lemma_2(run, observer), strict=True)
         for channel, unit, gain, found in channels:
@@ -89,11 +89,11 @@ def gain_rows(trajectories: Trajectories) -> Table:
     return rows
 
 
-def decrease_rows(trajectories: Trajectories) -> Table:
+def decrease_rows(trajectories: Trajectories) -> TemplateRows:
     """Conditions (17) and (25) along the two TSMC runs."""
     rows = []
-    for demand, run in finished(trajectories):
-        controller, observer, period = laws(run)
+    for demand, run in finished_runs(trajectories):
+        controller, observer, period = run_laws(run)
         found = (*condition_17(run, observer, period), condition_25(run, controller, LEAST_XI2))
         for condition, name, one in zip(("(17)", "(17)", "(25)"), ("s1", "s2", "xi2"), found, strict=True):
             judged = int(one.judged.sum())
@@ -110,7 +110,7 @@ def decrease_rows(trajectories: Trajectories) -> Table:
     return rows
 
 
-def finished(trajectories: Trajectories) -> Iterator[tuple[str, xr.Dataset]]:
+def finished_runs(trajectories: Trajectories) -> Iterator[tuple[str, xr.Dataset]]:
     """The demands on which TSMC did not diverge, and its runs."""
     for demand in DEMANDS:
         run = trajectories[f"{demand}-tsmc"]
@@ -118,8 +118,8 @@ def finished(trajectories: Trajectories) -> Iterator[tuple[str, xr.Dataset]]:
             yield demand, run
 
 
-def surfaces(run: xr.Dataset) -> list[Surface]:
-    c, o, _ = laws(run)
+def run_surfaces(run: xr.Dataset) -> list[Surface]:
+    c, o, _ = run_laws(run)
     return [
         Surface("s1", "controller.observer.s1", "m/s", o.linear_gain_1, o.power_gain_1, o.exponent),
         Surface("s2", "controller.observer.s2", "N", o.linear_gain_2, o.power_gain_2, o.exponent),
@@ -127,13 +127,13 @@ def surfaces(run: xr.Dataset) -> list[Surface]:
     ]
 
 
-def laws(run: xr.Dataset) -> Laws:
+def run_laws(run: xr.Dataset) -> RunLaws:
     """The laws of a run, from its scenario."""
-    scenario = scenario_of(run)
+    scenario = scenario_tables(run)
     controller = scenario["controller"]
     observer = with_numbers(OBSERVER, controller["observer"])
     law = with_numbers(TERMINAL._replace(observer=observer), controller)
-    return Laws(law, observer, scenario["simulation"]["period"])
+    return RunLaws(law, observer, scenario["simulation"]["period"])
 
 
 def with_numbers(block: Any, table: dict[str, Any]) -> Any:

@@ -67,7 +67,7 @@ def draw_map(claims: "pd.DataFrame") -> Plot:
         fig = figure(height=9.4, width=11.0)
         axes = list(fig.subplots(5, 3).flat)
         for index, (axis, claim) in enumerate(zip(axes, CLAIMS, strict=False)):
-            draw_cells(axis, cells(claims, claim.name))
+            draw_cells(axis, claim_cells(claims, claim.name))
             axis.set_title(mathematical(f"{claim.name}: {claim.title}"), loc="left", fontsize=7)
             label_cells(axis)
             if index % 3 == 0:
@@ -78,7 +78,7 @@ def draw_map(claims: "pd.DataFrame") -> Plot:
     return fig
 
 
-def cells(claims: "pd.DataFrame", name: str) -> NDArray[np.float64]:
+def claim_cells(claims: "pd.DataFrame", name: str) -> NDArray[np.float64]:
     """A claim's ratios as the map shows them: a row for each reading and sign of Delta, shape (6, 18)."""
     rows = claims[claims["claim"] == name]
     keys = rows[list(Condition._fields)].itertuples(index=False, name=None)
@@ -105,25 +105,25 @@ def draw_cells(axis: Axes, ratios: NDArray[np.float64]) -> None:
     axis.pcolormesh(
         inside, cmap=colours, norm=BoundaryNorm(EDGES, len(FILLS)), edgecolors="white", linewidth=0.6
     )
-    mark(axis, ratios < 1.0, "o", 1.5)
-    mark(axis, ~np.isfinite(ratios), "x", 2.6)
+    mark_cells(axis, ratios < 1.0, "o", 1.5)
+    mark_cells(axis, ~np.isfinite(ratios), "x", 2.6)
     for x in (3, 6, 9, 12, 15):
         axis.axvline(x, color="white", linewidth=4.0 if x == 9 else 1.8)
     axis.axhline(3, color="white", linewidth=4.0)
     for condition, (line, _) in OUTLINES.items():
-        outline(axis, condition, line)
+        outline_cell(axis, condition, line)
     axis.grid(visible=False)
     axis.invert_yaxis()
     axis.spines[:].set_visible(False)
 
 
-def mark(axis: Axes, where: NDArray[np.bool_], marker: str, size: float) -> None:
+def mark_cells(axis: Axes, where: NDArray[np.bool_], marker: str, size: float) -> None:
     """A white mark in some cells, so that they are told apart without colour."""
     row, column = np.nonzero(where)
     axis.plot(column + 0.5, row + 0.5, marker, color="white", markersize=size, markeredgewidth=0.8)
 
 
-def outline(axis: Axes, condition: Condition, line: Literal["-", ":"]) -> None:
+def outline_cell(axis: Axes, condition: Condition, line: Literal["-", ":"]) -> None:
     row = ROWS.index((condition.reading, condition.delta))
     column = COLUMNS.index((condition.valve, condition.period, condition.realisation))
     edges: tuple[tuple[str, float, Literal["-", ":"]], ...] = (("white", 3.0, "-"), ("black", 1.5, line))
@@ -193,7 +193,7 @@ def draw_key(axis: Axes) -> None:
 
 def draw_overview(claims: "pd.DataFrame", verdicts: Sequence[Verdict]) -> Plot:
     """One row a claim: its verdict as reproduced and to the letter, and how often it holds, under what."""
-    tables = {field: shares(claims, field) for field in Condition._fields}
+    tables = {field: claim_shares(claims, field) for field in Condition._fields}
     with style():
         fig = figure(height=5.2, width=11.0)
         widths = [9.0, 2.8, 3.0, *(1.2 * table.shape[1] for table in tables.values())]
@@ -213,7 +213,7 @@ def draw_overview(claims: "pd.DataFrame", verdicts: Sequence[Verdict]) -> Plot:
     return fig
 
 
-def shares(claims: "pd.DataFrame", field: str) -> "pd.DataFrame":
+def claim_shares(claims: "pd.DataFrame", field: str) -> "pd.DataFrame":
     """The part of all conditions in which each claim holds, for each value of one field of a condition."""
     table = claims.pivot_table(index="claim", columns=field, values="holds", aggfunc="mean", sort=False)
     return table.loc[[claim.name for claim in CLAIMS]]
