@@ -19,8 +19,8 @@ from hydroservo.limits.problem import Course, Optimum, PeriodModel, ProblemScale
 from hydroservo.machine.integrators.jumps import BEFORE
 from hydroservo.runs.cautions import with_warning
 from hydroservo.runs.run import RunProgress, runnable_loop, simulate
-from hydroservo.runs.trace import plan_of
 from hydroservo.runs.steady import state_sizes
+from hydroservo.runs.trace import plan_of
 
 if TYPE_CHECKING:
     import xarray as xr
