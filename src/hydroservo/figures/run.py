@@ -90,17 +90,13 @@ def tracking_figure(runs: Sequence[TracedRun], spare: int = 0) -> Plot:
 def calm_on_top(axis: Axes, panel: Panel) -> None:
     """Draw what chatters, and so becomes a band, beneath what does not."""
     limits = panel_limits(panel)
-    sizes = [summed_changes(np.clip(curve.values, *limits)) for curve in panel.curves]
+    sizes = [np.nansum(np.abs(np.diff(np.clip(curve.values, *limits)))) for curve in panel.curves]
     order: list[int] = []  # from the bottom
     for i, size in enumerate(sizes):
         hidden = (place for place, below in enumerate(order) if size > CHATTER * sizes[below])
         order.insert(next(hidden, len(order)), i)
     for place, i in enumerate(order):
         axis.lines[i].set_zorder(axis.lines[i].get_zorder() + 0.01 * place)
-
-
-def summed_changes(signal: Samples) -> float:
-    return float(np.nansum(np.abs(np.diff(signal))))
 
 
 def whole_window(runs: Sequence[TracedRun]) -> TimeWindow:

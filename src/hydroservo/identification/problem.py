@@ -275,7 +275,7 @@ def usual_values(own: Mapping[str, float], space: SearchSpace, unknowns: Sequenc
 
 
 def share_of_range(ends: tuple[float, float], value: float) -> float:
-    """Where a value lies in its range, from 0 to 1; undone by :class:`~hydroservo.runs.tuning.SearchSpace`."""
+    """Where a value lies in its range, from 0 to 1, as in a :class:`~hydroservo.runs.tuning.SearchSpace`."""
     low, high = ends
     inside = min(max(value, low), high)
     if low * high > 0.0:

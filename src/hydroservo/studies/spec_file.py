@@ -5,7 +5,6 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from hydroservo.core import builtin
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.nearest import one_of
 from hydroservo.core.validation import whole_number
@@ -152,11 +151,6 @@ def read_study(source: str | Path, changes: Mapping[str, object] | None = None) 
         limit_count(top.table("limits"), drawn.counts["test"]),
         origin,
     )
-
-
-def study_titles() -> dict[str, str]:
-    """The name and title of each built-in study."""
-    return builtin.titles("studies")
 
 
 def study_source(source: str | Path) -> str:

@@ -178,11 +178,6 @@ def input_rows(unit: CModule, inputs: Sequence[Records]) -> NDArray[np.float64]:
 
 def rows_at(records: Sequence[Block], places: Sequence[str]) -> NDArray[np.float64]:
     """The numbers of records of one type in Python that have some places in their record in C."""
-    own = python_paths(records[0])
+    own = {place_in_c(path): path for path, _ in leaves(records[0])}
     numbers = [attrgetter(own[place]) for place in places]
     return np.array([[float(number(record)) for number in numbers] for record in records])
-
-
-def python_paths(record: Block) -> dict[str, str]:
-    """The path in Python of each place in C."""
-    return {place_in_c(path): path for path, _ in leaves(record)}
