@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hydroservo.control.synthesis.linear_model import at_rest
+from hydroservo.control.synthesis.linear_model import model_at_rest
 from hydroservo.control.synthesis.lqr import lqr
 from hydroservo.control.synthesis.riccati import solution
 from hydroservo.control.synthesis.sampled import under_held_input
@@ -16,7 +16,7 @@ from hydroservo.testing.examples import example
 
 PLANTS = {
     "double integrator": (np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([0.0, 1.0]), 1.0),
-    "oil behind a valve": (*at_rest(example(DesignModel), 0.01).scaled()[:2], 1000.0),
+    "oil behind a valve": (*model_at_rest(example(DesignModel), 0.01).scaled()[:2], 1000.0),
 }
 
 

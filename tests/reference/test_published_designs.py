@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from hydroservo.control.synthesis.coprime import StateSpace, robust_controller
+from hydroservo.control.synthesis.coprime import StateMatrices, robust_controller
 from hydroservo.control.synthesis.loop_shaping import to_bilinear
 from hydroservo.control.synthesis.riccati import solution
 from hydroservo.control.synthesis.sampled import under_held_input
@@ -16,7 +16,7 @@ from hydroservo.control.synthesis.sampled import under_held_input
 INTEGRATORS, PUSH = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([0.0, 1.0])
 
 # SB10ID, with a factor of 1: the plant, and the controller of reduced order that is best
-SHAPED = StateSpace(
+SHAPED = StateMatrices(
     np.array(
         [
             [-1.0, 0.0, 4.0, 5.0, -3.0, -2.0],
@@ -37,7 +37,7 @@ SHAPED = StateSpace(
     ),
     np.array([[1.0, -2.0], [0.0, 4.0], [5.0, -3.0]]),
 )
-BEST = StateSpace(
+BEST = StateMatrices(
     np.array(
         [
             [-39.0671, 9.9293, 22.2322, -27.4113, 43.8655],
@@ -61,7 +61,7 @@ BEST = StateSpace(
 )
 
 # SB10KD, sampled, with a factor of 1.1
-SAMPLED = StateSpace(
+SAMPLED = StateMatrices(
     np.array(
         [
             [0.2, 0.0, 0.3, 0.0, -0.3, -0.1],
@@ -76,7 +76,7 @@ SAMPLED = StateSpace(
     np.array([[1.0, -1.0, 2.0, -2.0, 0.0, -3.0], [-3.0, 0.0, 1.0, -1.0, 1.0, -1.0]]),
     np.zeros((2, 2)),
 )
-GOOD = StateSpace(
+GOOD = StateMatrices(
     np.array(
         [
             [0.0337, 0.0222, 0.0858, 0.1264, -0.1872, 0.1547],
@@ -107,11 +107,11 @@ GOOD = StateSpace(
 )
 
 
-def response(law: StateSpace, z: complex) -> np.ndarray:
+def response(law: StateMatrices, z: complex) -> np.ndarray:
     return law.c @ np.linalg.solve(z * np.eye(len(law.a)) - law.a, law.b) + law.d
 
 
-def closed_norm(plant: StateSpace, law: StateSpace, points: np.ndarray) -> float:
+def closed_norm(plant: StateMatrices, law: StateMatrices, points: np.ndarray) -> float:
     """The largest singular value of [K; 1] (1 - G K)^-1 [1, G] at some of s or z."""
     found = []
     for z in points:

@@ -7,18 +7,18 @@ import pytest
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 from scipy.signal import tf2ss
 
-from hydroservo.control.synthesis.coprime import RobustController, StateSpace, robust_controller
+from hydroservo.control.synthesis.coprime import RobustController, StateMatrices, robust_controller
 
 
-def published() -> StateSpace:
+def published() -> StateMatrices:
     """G W of Skogestad, Postlethwaite, Multivariable Feedback Control, 2005, ex. 9.3."""
     slow = np.polymul([10.0, 1.0], np.polymul([0.05, 1.0], [0.05, 1.0]))
-    return StateSpace(*tf2ss([200.0, 400.0], np.polymul(slow, [1.0, 1e-6])))
+    return StateMatrices(*tf2ss([200.0, 400.0], np.polymul(slow, [1.0, 1e-6])))
 
 
-def random(seed: int, states: int = 5, inputs: int = 2, outputs: int = 3) -> StateSpace:
+def random(seed: int, states: int = 5, inputs: int = 2, outputs: int = 3) -> StateMatrices:
     draw = np.random.default_rng(seed).normal
-    return StateSpace(
+    return StateMatrices(
         draw(size=(states, states)),
         draw(size=(states, inputs)),
         draw(size=(outputs, states)),
@@ -26,11 +26,11 @@ def random(seed: int, states: int = 5, inputs: int = 2, outputs: int = 3) -> Sta
     )
 
 
-def response(law: StateSpace, w: float) -> np.ndarray:
+def response(law: StateMatrices, w: float) -> np.ndarray:
     return law.c @ np.linalg.solve(1j * w * np.eye(len(law.a)) - law.a, law.b) + law.d
 
 
-def closed_norm(plant: StateSpace, k: StateSpace) -> float:
+def closed_norm(plant: StateMatrices, k: StateMatrices) -> float:
     """max over the frequency of the largest singular value of [K; 1] (1 + G K)^-1 [1, G]."""
     found = []
     for w in np.geomspace(1e-4, 1e5, 3000):
@@ -41,7 +41,7 @@ def closed_norm(plant: StateSpace, k: StateSpace) -> float:
     return max(found)
 
 
-def closed_poles(plant: StateSpace, found: RobustController) -> np.ndarray:
+def closed_poles(plant: StateMatrices, found: RobustController) -> np.ndarray:
     k = found.k
     inner = np.linalg.inv(np.eye(len(k.d)) + k.d @ plant.d)
     outer = np.linalg.inv(np.eye(len(plant.d)) + plant.d @ k.d)
@@ -58,7 +58,7 @@ def test_the_published_example() -> None:
 
 
 @pytest.mark.parametrize("plant", [published(), random(1), random(2), random(3, 4, 1, 1)])
-def test_the_closed_loop_has_the_norm_that_is_promised(plant: StateSpace) -> None:
+def test_the_closed_loop_has_the_norm_that_is_promised(plant: StateMatrices) -> None:
     found = robust_controller(plant, 1.1)
     norm = closed_norm(plant, found.k)
     assert norm <= found.gamma * (1.0 + 1e-9)
@@ -90,10 +90,10 @@ def test_the_least_gamma_is_that_of_the_hankel_norm() -> None:
 def test_neither_units_of_states_nor_of_time_matter() -> None:
     plant = published()
     sizes = 10.0 ** np.array([6.0, -5.0, 3.0, -8.0])
-    units = StateSpace(
+    units = StateMatrices(
         plant.a * sizes[:, np.newaxis] / sizes, plant.b * sizes[:, np.newaxis], plant.c / sizes, plant.d
     )
-    faster = StateSpace(1e6 * plant.a, 1e3 * plant.b, 1e3 * plant.c, plant.d)
+    faster = StateMatrices(1e6 * plant.a, 1e3 * plant.b, 1e3 * plant.c, plant.d)
     here = robust_controller(plant)
     for other, rate in ((units, 1.0), (faster, 1e6)):
         there = robust_controller(other)
@@ -103,7 +103,7 @@ def test_neither_units_of_states_nor_of_time_matter() -> None:
 
 
 def test_what_cannot_be_stabilised_is_refused() -> None:
-    hidden = StateSpace(
+    hidden = StateMatrices(
         np.diag([1.0, -1.0]), np.array([[0.0], [1.0]]), np.array([[1.0, 1.0]]), np.zeros((1, 1))
     )
     with pytest.raises(ValueError, match="a Riccati equation has no solution"):

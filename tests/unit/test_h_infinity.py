@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from hydroservo import ParameterError, replace, simulate, simulate_batch
 from hydroservo.control.controlled import Velocity
 from hydroservo.control.controllers import PI, Biquad, HInfinityLoopShaping
-from hydroservo.control.synthesis.coprime import StateSpace, robust_controller
+from hydroservo.control.synthesis.coprime import StateMatrices, robust_controller
 from hydroservo.control.synthesis.loop_shaping import from_bilinear, sampled_plant, to_bilinear
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.linear import margins
@@ -86,7 +86,7 @@ def test_the_sections_are_the_controller(tau: float, k_i: float, period: float) 
 
 def test_a_plant_there_and_back_is_the_same() -> None:
     plant = sampled_plant(MODEL, VALVE_LAG, 1e-3, 3.0, 600.0)
-    again: StateSpace = from_bilinear(to_bilinear(plant))
+    again: StateMatrices = from_bilinear(to_bilinear(plant))
     z = np.exp(0.3j)
     ours, theirs = ((p.c @ np.linalg.solve(z * np.eye(4) - p.a, p.b) + p.d).item() for p in (plant, again))
     assert theirs == pytest.approx(ours, rel=1e-9)

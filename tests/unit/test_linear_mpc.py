@@ -12,7 +12,7 @@ from scipy.signal import cont2discrete
 from hydroservo.control.controllers import LinearMPC, OffsetFreeLQ, RateLimit, Saturation
 from hydroservo.control.controllers.linear_mpc import MOVES, Limits, Moves
 from hydroservo.control.observers import NoObserver
-from hydroservo.control.synthesis.linear_model import at_rest
+from hydroservo.control.synthesis.linear_model import model_at_rest
 from hydroservo.core.block import Block
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.hooks import designed
@@ -37,7 +37,7 @@ def lq(**changes: Any) -> Block:
 
 def machine() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The model at rest behind its valve, sampled by scipy."""
-    plant = at_rest(MODEL, LAG)
+    plant = model_at_rest(MODEL, LAG)
     parts = (plant.rates, plant.driven[:, np.newaxis], np.eye(3), np.zeros((3, 1)))
     transition, driven, *_ = cont2discrete(parts, PERIOD)
     return transition, driven[:, 0]
@@ -113,7 +113,7 @@ def best(one: Block, start: NDArray[np.float64], last: float) -> float:
 @pytest.mark.parametrize("hold", [1, 4])
 def test_within_limits_it_finds_the_best_corrections(hold: int, rate: float) -> None:
     one = law(hold=hold, rate=rate, steps=10_000, saturation=Saturation(0.05))
-    sizes = at_rest(MODEL, LAG).sizes
+    sizes = model_at_rest(MODEL, LAG).sizes
     generator = np.random.default_rng(2)
     bound = 0
     for _ in range(6):
@@ -127,7 +127,7 @@ def test_within_limits_it_finds_the_best_corrections(hold: int, rate: float) -> 
 
 def test_the_command_keeps_its_limits() -> None:
     one = law(rate=20.0, saturation=Saturation(0.03))
-    sizes = at_rest(MODEL, LAG).sizes
+    sizes = model_at_rest(MODEL, LAG).sizes
     _, commands = motion(one, np.array([0.3, 0.0, 0.0]) * sizes)
     assert np.abs(commands).max() == pytest.approx(0.03)
     assert np.abs(np.diff(commands, prepend=0.0)).max() <= 20.0 * PERIOD * (1.0 + 1e-12)
@@ -136,7 +136,7 @@ def test_the_command_keeps_its_limits() -> None:
 def test_where_the_rate_binds_it_costs_less_than_the_linear_law_behind_a_limit() -> None:
     """By the measure that both are designed for."""
     limits = {"saturation": Saturation(0.2)}
-    sizes = at_rest(MODEL, LAG).sizes
+    sizes = model_at_rest(MODEL, LAG).sizes
     costs = []
     for one in (law(rate=20.0, steps=300, **limits), RateLimit(lq(**limits), 20.0)):
         states, commands = motion(one, np.array([0.1, 0.0, 0.0]) * sizes, 400)
@@ -147,7 +147,7 @@ def test_where_the_rate_binds_it_costs_less_than_the_linear_law_behind_a_limit()
 def test_more_steps_come_closer() -> None:
     """Where the first correction ends at no limit itself: later ones are what binds."""
     generator = np.random.default_rng(3)
-    sizes = at_rest(MODEL, LAG).sizes
+    sizes = model_at_rest(MODEL, LAG).sizes
     states = [generator.normal(0.0, 0.1, 3) * sizes for _ in range(50)]
     worst = []
     for steps in (3, 30, 300):

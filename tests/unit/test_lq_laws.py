@@ -13,9 +13,16 @@ from hydroservo.control.loop import Loop
 from hydroservo.control.observers import ExtendedStateObserver, HighGainObserver, KalmanObserver, NoObserver
 from hydroservo.control.observers.spool_lag import SpoolLag
 from hydroservo.control.references import Step
-from hydroservo.control.synthesis.linear_model import at_rest
+from hydroservo.control.synthesis.linear_model import model_at_rest
 from hydroservo.control.synthesis.lqr import lqr
-from hydroservo.control.synthesis.memory import NOTHING, Memory, both, integrator, oscillator, remembering
+from hydroservo.control.synthesis.memory import (
+    NOTHING,
+    ErrorMemory,
+    both,
+    integrator,
+    oscillator,
+    remembering,
+)
 from hydroservo.control.synthesis.sampled import under_held_input
 from hydroservo.core.block import Block
 from hydroservo.core.errors import ParameterError
@@ -61,7 +68,7 @@ def with_memory(s: Block, memory: np.ndarray) -> Block:
 
 def loop_poles(law: Block, lag: float) -> np.ndarray:
     """Of a linear machine that is the model, sampled by scipy, under the law's own step."""
-    plant = at_rest(MODEL, lag)
+    plant = model_at_rest(MODEL, lag)
     parts = (
         plant.rates,
         plant.driven[:, np.newaxis],
@@ -84,9 +91,9 @@ def loop_poles(law: Block, lag: float) -> np.ndarray:
     return np.linalg.eigvals(np.array(columns).T)
 
 
-def designed_poles(lag: float, memory: Memory) -> np.ndarray:
+def designed_poles(lag: float, memory: ErrorMemory) -> np.ndarray:
     """Of the gain alone, in the scale of the design."""
-    plant = at_rest(MODEL, lag)
+    plant = model_at_rest(MODEL, lag)
     scaled = plant.scaled()
     transition, driven = remembering(*under_held_input(scaled.rates, scaled.driven, PERIOD), memory)
     weights = np.concatenate([[1.0], np.zeros(len(plant.sizes) - 1), np.ones(len(memory.rates))])
@@ -104,7 +111,7 @@ def designed_poles(lag: float, memory: Memory) -> np.ndarray:
     ],
     ids=lambda one: type(one).__name__,
 )
-def test_the_loop_has_the_poles_of_its_design(law: Block, memory: Memory, lag: float) -> None:
+def test_the_loop_has_the_poles_of_its_design(law: Block, memory: ErrorMemory, lag: float) -> None:
     poles = loop_poles(ready(law, lag), lag)
     assert np.abs(poles).max() < 1.0
     assert np.poly(poles) == pytest.approx(np.poly(designed_poles(lag, memory)), abs=1e-7)

@@ -10,7 +10,7 @@ from scipy.signal import cont2discrete
 
 from hydroservo.control.controllers import LQI
 from hydroservo.control.synthesis.gains import computed, no_gain
-from hydroservo.control.synthesis.linear_model import at_rest, with_disturbances
+from hydroservo.control.synthesis.linear_model import model_at_rest, with_disturbances
 from hydroservo.control.synthesis.lqr import lqr
 from hydroservo.control.synthesis.memory import both, integrator, oscillator, remembering
 from hydroservo.control.synthesis.sampled import under_held_input, under_white_noise
@@ -29,7 +29,7 @@ LAG = 0.01
 
 def plants() -> list[tuple[np.ndarray, np.ndarray]]:
     """Sampled models of some sizes, with and without memory."""
-    lagging, static = (at_rest(MODEL, lag).scaled() for lag in (LAG, 0.0))
+    lagging, static = (model_at_rest(MODEL, lag).scaled() for lag in (LAG, 0.0))
     memory = both(integrator(30.0, 1e-3), oscillator(20.0, 0.25, 1e-3))
     found = [under_held_input(one.rates, one.driven, 1e-3) for one in (lagging, static)]
     return [*found, remembering(*found[0], memory), under_held_input(INTEGRATORS, PUSH, 0.1)]
@@ -97,7 +97,7 @@ def test_a_memory_without_weight_has_no_gain() -> None:
 
 
 def test_sampling_is_that_of_scipy() -> None:
-    plant = at_rest(MODEL, LAG)
+    plant = model_at_rest(MODEL, LAG)
     scaled = plant.scaled()
     transition, driven = under_held_input(scaled.rates, scaled.driven, 1e-3)
     parts = (plant.rates, plant.driven[:, np.newaxis], np.eye(3), np.zeros((3, 1)))
@@ -116,7 +116,7 @@ def test_noise_on_a_double_integrator_by_its_closed_form() -> None:
 
 
 def test_the_linear_model_is_the_slope_of_the_design_model() -> None:
-    plant, small = at_rest(MODEL, LAG), 1e-7
+    plant, small = model_at_rest(MODEL, LAG), 1e-7
     for i, step in enumerate(np.diag(plant.sizes[:2] * small)):
         rates = MODEL.rates(float(step[0]), float(step[1]), 0.0, 0.0)
         assert plant.rates[:2, i] * step[i] == pytest.approx(
@@ -125,7 +125,7 @@ def test_the_linear_model_is_the_slope_of_the_design_model() -> None:
     volts = plant.sizes[2] * small
     assert plant.rates[1, 2] * volts == pytest.approx(MODEL.g2(0.0, volts) * volts, rel=1e-9)
     assert with_disturbances(MODEL)[:2, :2] == pytest.approx(plant.rates[:2, :2])
-    assert at_rest(MODEL, 0.0).driven == pytest.approx([0.0, plant.rates[1, 2]])
+    assert model_at_rest(MODEL, 0.0).driven == pytest.approx([0.0, plant.rates[1, 2]])
 
 
 def test_an_oscillator_keeps_its_size_for_ever() -> None:

@@ -65,20 +65,20 @@ class RunDrawing(NamedTuple):
     rows: NDArray[np.float32]  # those, shape (lines, points), in the order of ``about["lines"]``
 
 
-def draw_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> RunDrawing:
+def draw_page_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> RunDrawing:
     """What a page draws of a run."""
     signals = [str(name) for name, one in run.data_vars.items() if one.dims]
     meaning = loop.controls.declared().meaning
     panels = [
-        signal_panel(meaning, run, [DEMAND, CONTROLLED]),
+        page_panel(meaning, run, [DEMAND, CONTROLLED]),
         error_panel(run),
-        signal_panel("command", run, [COMMAND]),
-        signal_panel("pressures", run, [path for path in PRESSURES if path in signals]),
-        *(signal_panel(path, run, [path]) for path in more if path in signals),
+        page_panel("command", run, [COMMAND]),
+        page_panel("pressures", run, [path for path in PRESSURES if path in signals]),
+        *(page_panel(path, run, [path]) for path in more if path in signals),
     ]
     finding = run_finding(run)
     panels = [one for one in panels if one["lines"]]
-    live = [signal_panel(path, run, [path]) for path in LIVE if path in signals]
+    live = [page_panel(path, run, [path]) for path in LIVE if path in signals]
     lines = [line for one in (*panels, *live) for line in one["lines"]]
     time = run["time"].values
     rows = thin_lines(time, [line.pop("values") for line in lines])
@@ -98,7 +98,7 @@ def draw_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> RunDrawing:
     return RunDrawing(about, rows)
 
 
-def signal_panel(title: str, run: "xr.Dataset", paths: Sequence[str]) -> dict[str, Any]:
+def page_panel(title: str, run: "xr.Dataset", paths: Sequence[str]) -> dict[str, Any]:
     """Some signals of one unit on common axes."""
     lines = [
         {"path": path, "name": NAMES.get(path, run[path].attrs["long_name"]), "values": run[path].values}

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.app.drawing import draw_run
+from hydroservo.app.drawing import draw_page_run
 from hydroservo.app.form import form_of
 from hydroservo.app.logs import draw_log, identify_from_log, log_file
 from hydroservo.app.retype import complete_retyped, retype
@@ -42,7 +42,7 @@ def run_job(request: Request, home: Home, report: Report) -> Answer:
         warnings.simplefilter("ignore", HydroservoWarning)  # the answer has them
         data = simulate_or_sketch(assembly.loop, request.get("substeps"), report)
     more = request.get("signals")
-    drawn = draw_run(assembly.loop, data, more if isinstance(more, list) else [])
+    drawn = draw_page_run(assembly.loop, data, more if isinstance(more, list) else [])
     return {**drawn.about, **fields}, drawn.rows.tobytes()
 
 

@@ -19,7 +19,7 @@ DIGITS = 5  # a datasheet has no more
 HEADS = ("name", "value", "unit", "meaning")
 
 
-class Part(NamedTuple):
+class OutlineNode(NamedTuple):
     """A block in a block."""
 
     path: str
@@ -51,7 +51,7 @@ def outline(block: Block) -> str:
     Args:
         block: such as a loop, a machine or a controller.
     """
-    parts = [part for part in parts_of(block) if not part.same]
+    parts = [part for part in nodes_of(block) if not part.same]
     names = [indented(part.path) for part in parts]
     width = max(map(len, names))
     return "\n".join(line(part, name and f"{name:<{width}}") for part, name in zip(parts, names, strict=True))
@@ -66,18 +66,20 @@ def outline_table(block: Block) -> str:
     Args:
         block: such as a loop, a machine or a controller.
     """
-    groups: list[list[Part]] = []
-    for part in parts_of(block):
+    groups: list[list[OutlineNode]] = []
+    for part in nodes_of(block):
         if "." not in part.path:
             groups.append([])
         groups[-1].append(part)
     return "\n".join(section(group) for group in groups)
 
 
-def parts_of(block: Block, path: str = "", same: bool = False, outer: Field | None = None) -> Iterator[Part]:
+def nodes_of(
+    block: Block, path: str = "", same: bool = False, outer: Field | None = None
+) -> Iterator[OutlineNode]:
     """A block and the blocks in it, depth first."""
     signal = signal_of(block, outer)
-    yield Part(path, block, same, signal)
+    yield OutlineNode(path, block, same, signal)
     for name, value in block._asdict().items():
         if is_block(value) and not is_volts(value):
             known = path and type(block).__module__.startswith("hydroservo.")
@@ -85,7 +87,7 @@ def parts_of(block: Block, path: str = "", same: bool = False, outer: Field | No
             if name == "controls" and path:  # a law's own, which is worth a line where it is not its loop's
                 default = default or signal == outer
             below = signal_below(block, name, signal)
-            yield from parts_of(value, f"{path}.{name}" if path else name, same or bool(default), below)
+            yield from nodes_of(value, f"{path}.{name}" if path else name, same or bool(default), below)
 
 
 def alike(value: object, other: object) -> bool:
@@ -102,7 +104,7 @@ def indented(path: str) -> str:
     return f"{'  ' * (path.count('.') + 1)}{path.rpartition('.')[2]}  " if path else ""
 
 
-def entries_of(part: Part) -> list[Entry]:
+def entries_of(part: OutlineNode) -> list[Entry]:
     """The numbers of a block, in declared order."""
     block = part.block
     fields, defaults = declared_fields(block.__class__), block._field_defaults
@@ -111,13 +113,13 @@ def entries_of(part: Part) -> list[Entry]:
         if is_block(value) or value is None:
             continue
         field = in_signal(fields.get(name, Field("", name)), part.signal)
-        text, unit = written(value, field)
+        text, unit = number_text(value, field)
         same = name in defaults and alike(value, defaults[name])
         found.append(Entry(name, text, unit, field.meaning, same))
     return found
 
 
-def written(value: object, field: Field) -> tuple[str, str]:
+def number_text(value: object, field: Field) -> tuple[str, str]:
     """A number with few digits, and its unit."""
     if isinstance(value, np.ndarray):
         return f"{value.size} numbers", field.unit
@@ -131,7 +133,7 @@ def written(value: object, field: Field) -> tuple[str, str]:
     return f"{value * factor:.{DIGITS}g}", unit
 
 
-def line(part: Part, start: str) -> str:
+def line(part: OutlineNode, start: str) -> str:
     """A block's name, its type, and as many of its numbers as a line holds, changed ones first."""
     start += type(part.block).__name__
     entries = [entry for entry in entries_of(part) if entry.value != "nan"]
@@ -149,7 +151,7 @@ def joined(start: str, shown: list[str], texts: list[str]) -> str:
     return f"{start}: {', '.join(shown) if len(shown) == len(texts) else ', '.join([*shown, '...'])}"
 
 
-def section(parts: list[Part]) -> str:
+def section(parts: list[OutlineNode]) -> str:
     """A block and those in it as HTML: a line with their types, and the table behind it."""
     first, *nested = parts
     types = ", ".join(type(part.block).__name__ for part in nested)
@@ -161,18 +163,18 @@ def section(parts: list[Part]) -> str:
     return f"<details><summary>{summary}</summary><table>{heads}{rows}</table></details>"
 
 
-def heading(part: Part) -> str:
+def heading(part: OutlineNode) -> str:
     """The path of a block, and its type."""
     return f"{escape(part.path)} <b>{escape(type(part.block).__name__)}</b>".strip()
 
 
-def headed(part: Part, rows: list[str]) -> list[str]:
+def headed(part: OutlineNode, rows: list[str]) -> list[str]:
     """The rows of a block, if it has any, below its path and type."""
     title = f"{part.path} {type(part.block).__name__}".strip()
     return [html_row([title], tag="th", span=len(HEADS)), *rows] if rows else []
 
 
-def rows_of(part: Part) -> list[str]:
+def rows_of(part: OutlineNode) -> list[str]:
     """A row for each number of a block."""
     return [
         html_row(

@@ -107,14 +107,14 @@ def with_signal(block: Block, controls: Block) -> Block:
     if isinstance(block, ThisSignal):
         return controls
     parts = {
-        name: with_signal(part, below(block, name, controls))
+        name: with_signal(part, inner_signal(block, name, controls))
         for name, part in block._asdict().items()
         if is_block(part)
     }
     return block._replace(**parts)
 
 
-def below(law: Block, name: str, controls: Block) -> Block:
+def inner_signal(law: Block, name: str, controls: Block) -> Block:
     """What a block in a law is to control.
 
     Args:
@@ -139,7 +139,7 @@ def check_signals(law: Block, controls: Block, path: str) -> None:
         problem = "closes a loop, and an open one has none: its law is OpenLoop"
         raise ParameterError(path, type(law).__name__, problem)
     if hasattr(law, "controller"):
-        check_signals(law.controller, below(law, "controller", controls), f"{path}.controller")
+        check_signals(law.controller, inner_signal(law, "controller", controls), f"{path}.controller")
 
 
 def with_model(block: Block, model: DesignModel) -> Block:

@@ -95,7 +95,7 @@ def above(
     """That a value is above a bound, both at least 0; its margin is the value over the bound."""
     peak = bound if isinstance(bound, Peak) else Peak(bound)
     return Assumption(
-        name, meaning, value, peak.value, unit, quotient(value, peak.value), peak.time, measured
+        name, meaning, value, peak.value, unit, margin_ratio(value, peak.value), peak.time, measured
     )
 
 
@@ -105,15 +105,15 @@ def below(
     """That a value is below a bound, both at least 0; its margin is the bound over the value."""
     peak = value if isinstance(value, Peak) else Peak(value)
     return Assumption(
-        name, meaning, peak.value, bound, unit, quotient(bound, peak.value), peak.time, measured
+        name, meaning, peak.value, bound, unit, margin_ratio(bound, peak.value), peak.time, measured
     )
 
 
 def near(name: str, meaning: str, value: float, bound: float, factor: float, unit: str = "") -> Assumption:
     """That a value is within a factor of another; its margin is what is left of that; nan by 0."""
-    ratio = quotient(value, bound) if bound else math.nan
-    off = max(ratio, quotient(1.0, ratio)) if ratio > 0.0 else math.inf
-    margin = math.nan if math.isnan(ratio) else quotient(factor, off)
+    ratio = margin_ratio(value, bound) if bound else math.nan
+    off = max(ratio, margin_ratio(1.0, ratio)) if ratio > 0.0 else math.inf
+    margin = math.nan if math.isnan(ratio) else margin_ratio(factor, off)
     return Assumption(name, meaning, value, bound, unit, margin)
 
 
@@ -125,7 +125,7 @@ def sampled_faster(rate: float, facts: Facts, what: str) -> Assumption:
 def valve_faster(rate: float, facts: Facts, what: str) -> Assumption:
     """That a rate [1/s] is below one over the lag of valve and computer that the law is not told of."""
     return below(
-        "valve lag", f"{what} is below one over the valve's lag", rate, quotient(1.0, facts.lag), "1/s"
+        "valve lag", f"{what} is below one over the valve's lag", rate, margin_ratio(1.0, facts.lag), "1/s"
     )
 
 
@@ -195,7 +195,7 @@ def supposed(block: Any, *arguments: Any) -> Sequence[Assumption]:
     return block.supposes(*arguments) if hasattr(block, "supposes") else ()
 
 
-def quotient(a: float, b: float) -> float:
+def margin_ratio(a: float, b: float) -> float:
     """a/b, infinite where b alone is 0, and nan where both are."""
     if b != 0.0:
         return a / b

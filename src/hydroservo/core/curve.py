@@ -52,7 +52,7 @@ class Curve(NamedTuple):
         Raises:
             ParameterError: the points are not that, or lie too close or too far apart for 64-bit numbers.
         """
-        at, value = column("x", x), column("y", y)
+        at, value = finite_vector("x", x), finite_vector("y", y)
         if at.size != value.size:
             raise ParameterError("y", f"{value.size} samples", f"must be as many as the {at.size} of x")
         if at.size < 2:
@@ -139,7 +139,7 @@ def monotone_cubic(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np
     return coefficients
 
 
-def column(name: str, samples: ArrayLike) -> NDArray[np.float64]:
+def finite_vector(name: str, samples: ArrayLike) -> NDArray[np.float64]:
     """Samples as a vector of finite numbers."""
     try:
         values = np.array(samples, dtype=np.float64)

@@ -58,7 +58,7 @@ class Field:
         Args:
             signal: the declaration of the controlled signal, its meaning a name such as "velocity".
         """
-        return in_signal(self, signal.unit, signal.meaning)
+        return field_in_signal(self, signal.unit, signal.meaning)
 
     def __repr__(self) -> str:
         """Unit and meaning, and what else is said of the number."""
@@ -68,7 +68,7 @@ class Field:
 
 
 @cache
-def in_signal(field: Field, unit: str, name: str) -> Field:
+def field_in_signal(field: Field, unit: str, name: str) -> Field:
     """A declaration with the unit and the name of a controlled signal in it."""
     meaning = field.meaning.replace(f"{{{CONTROLLED}}}", name)
     own, over = (exchanged(one, CONTROLLED, unit) for one in (field.unit, field.over))

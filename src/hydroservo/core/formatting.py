@@ -1,7 +1,7 @@
 """Numbers and quantities as an engineer reads them."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -164,3 +164,8 @@ def counted(count: int, noun: str) -> str:
 def yes_or_no(flag: object) -> str:
     """A flag as it is read."""
     return "yes" if flag else "no"
+
+
+def enumeration(parts: Sequence[str], last: str = "and") -> str:
+    """Parts as they stand in a sentence."""
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} {last} {parts[-1]}" if parts else ""

@@ -199,7 +199,7 @@ def designed(block: Block, period: float, model: Callable[[], Block]) -> Block:
         hash((block, believed))
     except TypeError:  # an array among the numbers
         return block.designed(believed, period)
-    return designed_once(block, believed, period, (kind_of(block), kind_of(believed)))
+    return designed_once(block, believed, period, (value_kind(block), value_kind(believed)))
 
 
 @lru_cache(maxsize=4096)  # many generations of a search, all of whose loops ask for the same
@@ -215,10 +215,10 @@ def designed_once(block: Block, model: Block, period: float, _kinds: Any) -> Blo
     return block.designed(model, period)
 
 
-def kind_of(value: Any) -> Any:
+def value_kind(value: Any) -> Any:
     """What two equal values may yet differ in: their classes, those of what is in them, and a zero's sign."""
     if is_block(value):
-        return (type(value), *map(kind_of, value))
+        return (type(value), *map(value_kind, value))
     return math.copysign(1.0, value) if type(value) is float else type(value)
 
 

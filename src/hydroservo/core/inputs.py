@@ -43,7 +43,7 @@ def read_text(path: Path, most: int, name: str, key: str = "") -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        problem = kind_of(content) or f"is not UTF-8 text (line {line}); save it as UTF-8"
+        problem = file_kind(content) or f"is not UTF-8 text (line {line}); save it as UTF-8"
         raise ScenarioError(name, key, problem) from None
 
 
@@ -54,7 +54,7 @@ def read_record_text(path: Path, most: int, name: str) -> str:
     """
     content = read_bytes(path, most, name)
     utf_16 = content.startswith(UTF_16)
-    if not utf_16 and (kind := kind_of(content)):
+    if not utf_16 and (kind := file_kind(content)):
         raise ScenarioError(name, "", kind)
     for encoding in ("utf-16",) if utf_16 else ("utf-8-sig", "cp1252"):
         with suppress(UnicodeDecodeError):
@@ -75,7 +75,7 @@ def read_bytes(path: Path, most: int, name: str, key: str = "") -> bytes:
     return content
 
 
-def kind_of(content: bytes) -> str:
+def file_kind(content: bytes) -> str:
     """What a file is that is not UTF-8 text, by its first bytes; "" where they do not tell."""
     return next((kind for start, kind in KINDS.items() if content.startswith(start)), "")
 

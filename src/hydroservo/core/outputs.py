@@ -179,7 +179,7 @@ def existing_folder(file: Path) -> Path:
 def digests(folder: Path, names: Iterable[str] | None = None) -> dict[str, str]:
     """The SHA-256 of files by their paths in a folder; of all in it and those below it if none are named."""
     digest = {}
-    for name in names_in(folder) if names is None else names:
+    for name in file_names_in(folder) if names is None else names:
         with (folder / name).open("rb") as file:
             digest[name] = hashlib.file_digest(file, "sha256").hexdigest()
     return digest
@@ -275,7 +275,7 @@ def uninterrupted(work: Callable[[], None]) -> None:
         signal.raise_signal(heard[0])
 
 
-def names_in(folder: Path) -> list[str]:
+def file_names_in(folder: Path) -> list[str]:
     """Each file in a folder and those below it."""
     paths = (path for path in folder.rglob("*") if path.is_file())
     return sorted({path.relative_to(folder).as_posix() for path in paths} - {LOCK})
@@ -283,7 +283,7 @@ def names_in(folder: Path) -> list[str]:
 
 def move(stage: Path, folder: Path, last: str = "") -> None:
     """Let the files of a hidden folder take their places."""
-    names = sorted(names_in(stage), key=lambda name: name == last)
+    names = sorted(file_names_in(stage), key=lambda name: name == last)
     for name in names:
         with naming(folder / name):
             check_replaceable(folder / name)

@@ -55,7 +55,7 @@ class Twins:
         )
         twin.__kwdefaults__ = function.__kwdefaults__
         self.made[function] = twin
-        for name in names_in(function.__code__):
+        for name in code_names(function.__code__):
             if name in seen and not (isinstance(seen[name], ModuleType) and seen[name] is not ops):
                 seen[name] = self.of(seen[name])
         seen["float"] = self.number
@@ -68,7 +68,7 @@ class Twins:
                 setattr(twin, name, self.of(member))
 
 
-def names_in(code: CodeType) -> set[str]:
+def code_names(code: CodeType) -> set[str]:
     """All names in a function's code, and in those inside it."""
-    inner = (names_in(one) for one in code.co_consts if isinstance(one, CodeType))
+    inner = (code_names(one) for one in code.co_consts if isinstance(one, CodeType))
     return set(code.co_names).union(*inner)

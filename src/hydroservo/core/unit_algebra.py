@@ -23,8 +23,8 @@ def exchanged(unit: str, name: str, other: str) -> str:
     for one, power in powers(unit):
         for own, exponent in powers(other) if one == name else [(one, 1)]:
             found[own] = found.get(own, 0) + exponent * power
-    above = " ".join(written(one, power) for one, power in found.items() if power > 0)
-    below = [written(one, -power) for one, power in found.items() if power < 0]
+    above = " ".join(unit_text(one, power) for one, power in found.items() if power > 0)
+    below = [unit_text(one, -power) for one, power in found.items() if power < 0]
     if not below:
         return above
     return f"{above or 1}/{below[0] if len(below) == 1 else '(' + ' '.join(below) + ')'}"
@@ -44,5 +44,5 @@ def powers(unit: str) -> Iterator[tuple[str, int]]:
                 yield one, sign * int(power or 1)
 
 
-def written(name: str, power: int) -> str:
+def unit_text(name: str, power: int) -> str:
     return name if power == 1 else f"{name}^{power}"

@@ -77,7 +77,7 @@ def in_range(block: Block, path: str = "", outer: Field | None = None) -> Block:
         elif is_array or isinstance(value, np.ndarray):
             values.append(array(value, here, kind))
         else:
-            values.append(number(value, here, in_signal(field, signal), kind))
+            values.append(checked_number(value, here, in_signal(field, signal), kind))
     found = type(block)(*values)
     if isinstance(found, Curve):
         check_curve(found, path)
@@ -113,7 +113,7 @@ def array(value: Any, path: str, kind: Any) -> NDArray[np.float64]:
     return np.ascontiguousarray(value, dtype=np.float64)
 
 
-def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool:
+def checked_number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool:
     """One number of its declared kind (float, int or bool) and range; "auto" is the field's automatic one."""
     if kind is str:
         raise ParameterError(path, value, TEXT)
@@ -160,7 +160,7 @@ def within(value: float, field: Field) -> bool:
 
 
 def allowed(field: Field, whole: bool = False) -> str:
-    """What a parameter may be, in words: "a finite number above 0 [kg]"."""
+    """What a parameter may be, in words: "a finite checked_number above 0 [kg]"."""
     limits = (
         ("above", field.above),
         ("at least", field.at_least),

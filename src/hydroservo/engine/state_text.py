@@ -1,8 +1,7 @@
 """The arithmetic on whole states as the text of functions, each for one type of state.
 
 Neither compiled code nor C can loop over the fields of a NamedTuple, so each text has an expression for every
-number. The export translates the same texts that the engine compiles, but for linear systems: with the arrays
-and loops that C has, they take less code.
+number. The export translates the same texts that the engine compiles.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,26 +15,26 @@ from hydroservo.language.scope import TranslationError
 from hydroservo.language.terms import Function, Record, Translator, Type
 
 
-def axpy(shape: Record) -> FunctionType:
+def axpy_text(shape: Record) -> FunctionType:
     """``states.axpy`` for states of one type."""
     namespace: dict[str, Any] = {}
     return defined(states.axpy, "x, h, k", made(shape, ("x", "k"), "{} + h * {}", namespace), namespace)
 
 
-def scaled(shape: Record) -> FunctionType:
+def scaled_text(shape: Record) -> FunctionType:
     """``states.scaled`` for states of one type."""
     namespace: dict[str, Any] = {}
     return defined(states.scaled, "h, k", made(shape, ("k",), "h * {}", namespace), namespace)
 
 
-def misses(shape: Record) -> FunctionType:
+def misses_text(shape: Record) -> FunctionType:
     """``states.misses`` for states of one type."""
     names = ("error", "x", "y", "rate")
-    total = summed(shape, names, "miss({}, {}, {}, {}, dt)")
+    total = summed_text(shape, names, "miss({}, {}, {}, {}, dt)")
     return defined(states.misses, f"{', '.join(names)}, dt", total, {"miss": states.miss})
 
 
-def factored(shape: Record) -> FunctionType:
+def factored_text(shape: Record) -> FunctionType:
     """``states.factored`` for states of one type, without loops: a variable for each number of the matrix."""
     namespace: dict[str, Any] = {"nudge": states.nudge}
     paths = tuple(places(shape))
@@ -56,7 +55,7 @@ def factored(shape: Record) -> FunctionType:
     return defined(states.factored, "system, t, x, u, f, h", f"({matrix},)", namespace, lines)
 
 
-def solved(shape: Record) -> FunctionType:
+def solved_text(shape: Record) -> FunctionType:
     """``states.solved`` for states of one type, without loops."""
     namespace: dict[str, Any] = {}
     paths = tuple(places(shape))
@@ -73,14 +72,14 @@ def solved(shape: Record) -> FunctionType:
     )
 
 
-def overlaid(shape: Record, given: Record) -> FunctionType:
+def overlaid_text(shape: Record, given: Record) -> FunctionType:
     """``states.overlaid`` for states of one type and groups of another."""
     namespace: dict[str, Any] = {}
     instead = {f"x.{path}": f"given.{path}" for path in places(given)}
     return defined(states.overlaid, "x, given", made(shape, ("x",), "{}", namespace, instead), namespace)
 
 
-def estimates_in(shape: Record) -> FunctionType:
+def estimates_text(shape: Record) -> FunctionType:
     """``block.estimates_in`` for states of one type."""
     return defined(block.estimates_in, "state", holder(shape, "state"), {})
 
@@ -95,7 +94,7 @@ def holder(shape: Record, path: str) -> str:
     return next(filter(None, inner), "")
 
 
-def model_in(shape: Record) -> FunctionType:
+def model_text(shape: Record) -> FunctionType:
     """``block.model_in`` for laws of one type."""
     path = "controller"
     while "model" not in shape.fields:
@@ -137,12 +136,12 @@ def made(
     return f"{name}({', '.join(inner)})"
 
 
-def summed(shape: Type, names: Sequence[str], number: str) -> str:
+def summed_text(shape: Type, names: Sequence[str], number: str) -> str:
     """The text that adds an expression of each number, group by group as the interpreted function does."""
     if not isinstance(shape, Record):
         return number.format(*names)
     inner = [
-        summed(part, [f"{one}.{field}" for one in names], number) for field, part in shape.fields.items()
+        summed_text(part, [f"{one}.{field}" for one in names], number) for field, part in shape.fields.items()
     ]
     return f"({' + '.join(['0.0', *inner])})"
 
@@ -184,12 +183,12 @@ def record_of(kind: Type) -> Record:
 
 
 TRANSLATED: Mapping[Any, Made] = {  # each by the types of these arguments
-    states.axpy: for_records(axpy, 0),
-    states.scaled: for_records(scaled, 1),
-    states.misses: for_records(misses, 0),
-    states.factored: for_records(factored, 2),
-    states.solved: for_records(solved, 1),
-    states.overlaid: for_records(overlaid, 0, 1),
-    block.estimates_in: for_records(estimates_in, 0),
-    block.model_in: for_records(model_in, 0),
+    states.axpy: for_records(axpy_text, 0),
+    states.scaled: for_records(scaled_text, 1),
+    states.misses: for_records(misses_text, 0),
+    states.factored: for_records(factored_text, 2),
+    states.solved: for_records(solved_text, 1),
+    states.overlaid: for_records(overlaid_text, 0, 1),
+    block.estimates_in: for_records(estimates_text, 0),
+    block.model_in: for_records(model_text, 0),
 }

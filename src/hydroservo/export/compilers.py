@@ -131,7 +131,7 @@ def compile_file(folder: Path, words: Sequence[str], made: str, command: Sequenc
         command: that calls the compiler; this computer's own if empty.
     """
     call = [*(command or compiler()), "-std=c99", "-O2", *BITS, *words, "-o", made, "-lm"]
-    done = run_command(folder, call)
+    done = run_tool(folder, call)
     if done.returncode != 0:
         lines = [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines()
         said = lines[0] if lines else f"exit status {done.returncode}"
@@ -156,7 +156,7 @@ def compiler() -> list[str]:
     return found
 
 
-def run_command(folder: Path, command: Sequence[str]) -> "subprocess.CompletedProcess[str]":
+def run_tool(folder: Path, command: Sequence[str]) -> "subprocess.CompletedProcess[str]":
     """What a command did in a folder."""
     name = Path(command[0]).name
     try:

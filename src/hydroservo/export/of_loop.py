@@ -125,7 +125,7 @@ def exported_unit(
         translation, needed, SourceForm(prefix, real, inlined, about, digest, __version__)
     )
     start = translation.start
-    integrated = state_sizes(ready_loop, start.start) if part is Part.EQUATIONS else {}
+    integrated = exported_sizes(ready_loop, start.start) if part is Part.EQUATIONS else {}
     return CModule(
         part=part,
         prefix=prefix,
@@ -249,7 +249,7 @@ def nominal_size(largest: float, unit: str) -> float:
     return largest if largest > STILL * usual else usual
 
 
-def state_sizes(loop: Loop, start: Block) -> dict[str, StateSize]:
+def exported_sizes(loop: Loop, start: Block) -> dict[str, StateSize]:
     """The size of each state of a machine, from a run of the scenario."""
     run = quietly(simulate)(loop, record=[path for path, _ in leaves(start)], metrics=())
     return {path: StateSize(value, float(np.nanmax(np.abs(run[path])))) for path, value in leaves(start)}

@@ -13,7 +13,7 @@ from hydroservo.core.block import replace
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import Field
 from hydroservo.core.signals import Demand, Measurement
-from hydroservo.core.validation import number, whole_number
+from hydroservo.core.validation import checked_number, whole_number
 from hydroservo.limits.command import command_limits
 from hydroservo.machine.sensors.missing import missing_signals
 from hydroservo.runs.arguments import checked_mapping
@@ -106,8 +106,8 @@ class Task:
         effort_weight: float = 0.1,
         threads: int | None = None,
     ) -> None:
-        self.error_weight = float(number(error_weight, "error_weight", WEIGHT, float))
-        self.effort_weight = float(number(effort_weight, "effort_weight", WEIGHT, float))
+        self.error_weight = float(checked_number(error_weight, "error_weight", WEIGHT, float))
+        self.effort_weight = float(checked_number(effort_weight, "effort_weight", WEIGHT, float))
         assembly = environment_assembly(scenario, changes, plugins, signal)
         loop, self.count = assembly.loop, count
         self.limit = command_limits(loop).limit

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.core.errors import ParameterError
-from hydroservo.core.formatting import number, plain_quantity
+from hydroservo.core.formatting import enumeration, number, plain_quantity
 from hydroservo.identification.effects import LeftOutEffect
 from hydroservo.identification.finding import UNFIT
 from hydroservo.identification.problem import Problem, UnknownNumber
@@ -65,10 +65,6 @@ def effect_remarks(effects: Sequence[LeftOutEffect]) -> Iterator[str]:
     alike = [one.name for one in effects if one.alike]
     also = f"; {enumeration(alike)} cannot be told apart from it" if alike else ""
     yield f"what is left looks most like {effects[0]}{also}"
-
-
-def enumeration(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def coloured_remarks(fits: Sequence[LogFit]) -> Iterator[str]:

@@ -233,14 +233,14 @@ def lead_lines(identified: "Identified") -> list[Line]:
     unsure = [path for path in identified.parameters if path not in sure]
     lines = [] if identified.fits else [Line(UNFIT, mark=Mark.BAD)]
     if sure:
-        numbers = "; ".join(f"{path} is {interval_text(one)}" for path, one in sure.items())
+        numbers = "; ".join(f"{path} is {estimate_text(one)}" for path, one in sure.items())
         lines.append(Line(f"{numbers}, with 95 % intervals."))
     if identified.fits and unsure:
         lines.append(Line("The logs do not tell", f" {', '.join(unsure)}.", Mark.DOUBTFUL))
     return lines
 
 
-def interval_text(one: "Estimate") -> str:
+def estimate_text(one: "Estimate") -> str:
     value, low, high = (quantity(number, one.unit) for number in (one.value, one.low, one.high))
     return f"{value} ({low} to {high})"
 

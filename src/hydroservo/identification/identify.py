@@ -8,7 +8,7 @@ import numpy as np
 from hydroservo.core.block import Field, field_at
 from hydroservo.core.command_scale import commands_in
 from hydroservo.core.errors import ParameterError, ScenarioError
-from hydroservo.core.validation import number, whole_number
+from hydroservo.core.validation import checked_number, whole_number
 from hydroservo.identification.conclusions import remarks_of
 from hydroservo.identification.effects import effects_left_out
 from hydroservo.identification.experiment import LOAD
@@ -123,7 +123,7 @@ def identify_entries(
     report = progress or (lambda _: None)
     whole_number("seed", seed, 0, LARGEST_SEED)
     if horizon is not None:
-        number(horizon, "horizon", HORIZON, float)
+        checked_number(horizon, "horizon", HORIZON, float)
     assembly = assemble(source, changes, plugins)
     all_ranges = {**assembly.log_ranges, **ranges}
     delays = both_ends(all_ranges[DELAY], LATE, None) if DELAY in all_ranges else None

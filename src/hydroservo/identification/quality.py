@@ -15,6 +15,7 @@ from hydroservo.identification.result import LogFit, SignalFit
 from hydroservo.identification.search import Misfit, Solution, misfit_at, refine
 from hydroservo.identification.segments import TO_DEVIATION, UnderstoodLog, resolution_of
 from hydroservo.identification.uncertainty import Uncertainty
+from hydroservo.runs.trace import signal_attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -238,18 +239,11 @@ def fit_data(problem: Problem, best: Solution, log: int) -> "xr.Dataset":
     for one, values in zip(problem.experiments, shown, strict=True):
         if one.segment.log != log:
             continue
-        own = {
-            name: ("time", row, signal_attributes(name))
-            for name, row in (*one.segment.inputs.items(), *one.segment.measured.items())
-        }
-        own |= {
-            f"{name}_simulated": ("time", row, signal_attributes(name)) for name, row in values.values.items()
-        }
+        rows = {**one.segment.inputs, **one.segment.measured}
+        simulated = {f"{name}_simulated": name for name in values.values}
+        rows |= {shown: values.values[name] for shown, name in simulated.items()}
+        signals = {name: SIGNALS[simulated.get(name, name)] for name in rows}
+        own = {name: ("time", row, signal_attributes(signals[name])) for name, row in rows.items()}
         time = ("time", one.segment.time, {"units": "s", "long_name": "time"})
         parts.append(xr.Dataset(own, coords={"time": time}))
     return xr.concat(parts, "time") if len(parts) > 1 else parts[0]
-
-
-def signal_attributes(name: str) -> dict[str, str]:
-    """Unit and meaning of a signal."""
-    return {"units": SIGNALS[name].unit, "long_name": SIGNALS[name].meaning}

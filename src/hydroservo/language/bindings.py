@@ -188,7 +188,7 @@ class Bindings:
         parts: dict[int, list[BindingSite]] = {}
         for node, one in self.given.items():
             parts.setdefault(self.root(node), []).append(one)
-        return {root: variable_of(givers) for root, givers in parts.items()}
+        return {root: merged_variable(givers) for root, givers in parts.items()}
 
 
 @lru_cache(maxsize=1024)
@@ -197,7 +197,7 @@ def bindings_of(tree: ast.FunctionDef) -> Bindings:
     return Bindings(tree)
 
 
-def variable_of(givers: Sequence[BindingSite]) -> Binding:
+def merged_variable(givers: Sequence[BindingSite]) -> Binding:
     """The variable that some assignments give its values."""
     first = min(givers, key=lambda one: one.order)
     reads = [read for one in givers for read in one.reads]

@@ -17,7 +17,6 @@ from hydroservo.language.terms import (
     Bound,
     Break,
     Call,
-    Constant,
     Continue,
     Do,
     Expression,
@@ -29,6 +28,7 @@ from hydroservo.language.terms import (
     Literal,
     MemoryLoad,
     MemoryStore,
+    NamedNumber,
     Record,
     Return,
     Several,
@@ -204,7 +204,7 @@ class Body:
             return Several(tuple(self.snapshot(item) for item in value.items), value.names, value.once)
         if isinstance(value, Bound):
             return Bound(self.expressions.snapshot(value.owner), value.function)
-        changes = isinstance(value, Expression) and not isinstance(value, (Literal, Constant))
+        changes = isinstance(value, Expression) and not isinstance(value, (Literal, NamedNumber))
         return self.scope.let(self.scope.fresh("value"), value) if changes else value
 
     def items(self, value: Value, count: int, node: ast.AST) -> list[Value]:

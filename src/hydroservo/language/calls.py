@@ -29,7 +29,6 @@ from hydroservo.language.terms import (
     Known,
     Literal,
     Make,
-    Matrix,
     Record,
     Several,
     Translator,
@@ -198,7 +197,7 @@ class Calls:
         return self.constant(value, f"{owner.__name__}.{name}", owner.__module__, node)
 
     def with_address(self, value: Expression) -> Expression:
-        return self.scope.with_address(value) if isinstance(value.type, (Record, Matrix)) else value
+        return self.scope.with_address(value) if isinstance(value.type, Record) else value
 
     def construct(self, cls: type, given: Sequence[Value], named: Mapping[str, Value], node: ast.AST) -> Make:
         """A record from positional and named fields."""

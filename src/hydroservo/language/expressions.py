@@ -25,7 +25,6 @@ from hydroservo.language.terms import (
     Array,
     Assign,
     Bound,
-    Constant,
     ConstantArray,
     Element,
     Expression,
@@ -36,6 +35,7 @@ from hydroservo.language.terms import (
     Member,
     Memory,
     MemoryLoad,
+    NamedNumber,
     Operation,
     Record,
     Require,
@@ -147,7 +147,7 @@ class Expressions:
         if type(thing) is float or isinstance(thing, np.float64):  # whose arithmetic is that of floats
             number = float(thing)
             special = not math.isfinite(number)
-            return Literal(REAL, number) if special else Constant(REAL, module, name, number)
+            return Literal(REAL, number) if special else NamedNumber(REAL, module, name, number)
         if isinstance(thing, Number):
             problem = f"{name} is a {type(thing).__name__}, whose arithmetic is not that of floats"
             raise self.scope.error(problem, node, f"write {name} = float(...)")

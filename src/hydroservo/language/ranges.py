@@ -178,7 +178,7 @@ class Ranges:
             case Variable(name=name) if name in self.values:
                 found = self.growth(self.values[name], group)
             case Variable(name=name) if name in self.counts:
-                found = largest_value(
+                found = largest_whole(
                     [self.growth(end, group) for one in self.counts[name] for end in (one.start, one.stop)]
                 )
             case Variable():
@@ -188,7 +188,7 @@ class Ranges:
             case Operation(operator=sign, a=a, b=b):
                 found = growth_of(sign, self.growth(a, group), self.growth(b, group))
             case Choice(a=a, b=b):
-                found = largest_value([self.growth(a, group), self.growth(b, group)])
+                found = largest_whole([self.growth(a, group), self.growth(b, group)])
             case Call(function=function, arguments=(a, Whole(value=by))) if function.origin is whole_quotient:
                 inner = self.growth(a, group)
                 found = Growth(inner.factor / by, inner.more / by + 1)
@@ -240,7 +240,7 @@ def whole_parts(value: Expression) -> Iterator[Expression]:
             yield value
 
 
-def largest_value(growths: Sequence[Growth]) -> Growth:
+def largest_whole(growths: Sequence[Growth]) -> Growth:
     return Growth(max(one.factor for one in growths), max(one.more for one in growths))
 
 

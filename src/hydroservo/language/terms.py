@@ -66,13 +66,6 @@ class ConstantArray:
 
 
 @dataclass(frozen=True)
-class Matrix:
-    """The split matrix of a linear system of so many equations."""
-
-    size: int
-
-
-@dataclass(frozen=True)
 class Memory:
     """Numbers of one type from an address on, of which nobody knows the end."""
 
@@ -86,7 +79,7 @@ class Array:
     lengths: tuple[int | None, ...]
 
 
-Type = Scalar | Record | Known | ConstantArray | Matrix | Memory | Array
+Type = Scalar | Record | Known | ConstantArray | Memory | Array
 NOTHING = Known(None)  # what a function returns that returns nothing
 
 
@@ -136,7 +129,7 @@ class Whole(Expression):
 
 
 @dataclass(frozen=True, eq=False)
-class Constant(Expression):
+class NamedNumber(Expression):
     """A named number of a module."""
 
     module: str

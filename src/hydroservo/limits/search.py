@@ -128,7 +128,7 @@ def run_beginning(loop: Loop, limits: CommandLimits, run: "xr.Dataset") -> Begin
     states = np.array([run[path].values for path, _ in leaves(loop.machine(loop.init()))])
     commands = run[COMMAND].values[:-1]
     scales = ProblemScales(
-        np.array([largest_size(row) for row in states]), largest_size(commands), run_error(run)
+        np.array([largest_or_one(row) for row in states]), largest_or_one(commands), run_error(run)
     )
     return scaled_beginning(loop, limits, states, commands, scales)
 
@@ -141,7 +141,7 @@ def rest_beginning(loop: Loop, limits: CommandLimits, run: "xr.Dataset") -> Begi
     like = loop.machine(loop.init())
     samples = run[COMMAND].size - 1
     states = np.repeat(np.array(values(like))[:, np.newaxis], samples + 1, axis=1)
-    error = largest_size(run[DEMAND].values) if run["diverged"] else run_error(run)
+    error = largest_or_one(run[DEMAND].values) if run["diverged"] else run_error(run)
     scales = ProblemScales(np.array([one for _, one in state_sizes(like)]), limits.limit, error)
     return scaled_beginning(loop, limits, states, np.zeros(samples), scales)
 
@@ -162,7 +162,7 @@ def run_error(run: "xr.Dataset") -> float:
     return float(run["rms_error"]) or 1.0
 
 
-def largest_size(values: Vector) -> float:
+def largest_or_one(values: Vector) -> float:
     """The largest size of some numbers, and 1 where all are 0 or none is there."""
     return float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
 

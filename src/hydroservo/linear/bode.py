@@ -12,7 +12,7 @@ from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.formatting import quantity
 from hydroservo.core.nearest import one_of
-from hydroservo.core.validation import number, whole_number
+from hydroservo.core.validation import checked_number, whole_number
 from hydroservo.linear.margins import Margins
 from hydroservo.linear.measurement import (
     ADDED,
@@ -119,7 +119,7 @@ def bode(
     Fails to see between samples; and about a point that moves fast, whose position changes meanwhile.
     """
     loop = checked_loop(loop)
-    number(amplitude, "amplitude", Field("V", "", at_least=FAINTEST), float)
+    checked_number(amplitude, "amplitude", Field("V", "", at_least=FAINTEST), float)
     if excitation not in EXCITATIONS:
         raise ParameterError("excitation", excitation, one_of(str(excitation), EXCITATIONS))
     whole_number("periods", periods, 1, 1000)

@@ -11,7 +11,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import Field
 from hydroservo.core.nearest import one_of
-from hydroservo.core.validation import number as checked_number
+from hydroservo.core.validation import checked_number
 from hydroservo.linear.finding import linearization_finding
 from hydroservo.linear.system import System, frequency_response
 from hydroservo.show import Finding

@@ -14,7 +14,7 @@ from hydroservo.core.hooks import smoothed
 from hydroservo.core.nearest import one_of
 from hydroservo.core.signals import Demand, MachineOutputs, Measurement
 from hydroservo.core.states import filled
-from hydroservo.core.validation import number
+from hydroservo.core.validation import checked_number
 from hydroservo.cosimulation import refuse_fmus
 from hydroservo.linear.linearization import InexactSlope, Linearization, Quantity
 from hydroservo.linear.operating_point import DigitalState, OperatingPoint, machine_point, operating_point
@@ -99,7 +99,7 @@ def linearization_point(
             raise ParameterError("time", time, "is of a run, which has a command and a load of its own")
         return run_point(loop, time)
     if force is not None:
-        number(force, "force", Field("N", ""), float)
+        checked_number(force, "force", Field("N", ""), float)
     find = machine_point if unit == "machine" else operating_point
     return find(loop, command, force)
 
@@ -255,7 +255,7 @@ def run_point(loop: Loop, time: float) -> OperatingPoint:
     refuse_fmus(loop, "linearise it")
     begun = runnable_loop(loop)
     h, duration = begun.simulation.period, begun.simulation.duration
-    number(time, "time", Field("s", "", at_least=2.0 * h, at_most=duration), float)
+    checked_number(time, "time", Field("s", "", at_least=2.0 * h, at_most=duration), float)
     before = h * (round(time / h + 1e-9) - 1)
     short = begun.simulation._replace(duration=before, record_period=before)
     state = begun.init()

@@ -13,7 +13,7 @@ from hydroservo.core.block import values
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.core.field import Field
 from hydroservo.core.signals import MachineOutputs
-from hydroservo.core.validation import number
+from hydroservo.core.validation import checked_number
 from hydroservo.linear.margins import JudgedMargins, Margins, loop_rates, margins_at
 from hydroservo.linear.moving_margins import TrustedMargins, trusted_margins, without_hysteresis
 from hydroservo.linear.onset import oscillation_gain
@@ -144,7 +144,7 @@ def loop_view(
 ) -> LoopView:
     """A loop about a point, as :func:`hydroservo.bode` has it."""
     if force is not None:
-        number(force, "force", Field("N", ""), float)
+        checked_number(force, "force", Field("N", ""), float)
     point, judged, slid = smoothest_point(loop, command, force)
     parts, _, _ = part_slopes(point)
     limits = checked_band(band, judged.margins, point)
@@ -188,7 +188,7 @@ def checked_band(
         crossed = [w / (2.0 * math.pi) for w in (*found.gain_crossovers, *found.phase_crossovers)]
         inside = [f for f in crossed if 0.0 < f < HIGHEST * nyquist] or [0.05 * nyquist]
         return max(min(inside) / BELOW, nyquist / MOST), min(ABOVE * max(inside), HIGHEST * nyquist)
-    low, high = (number(one, "band", Field("Hz", "", above=0), float) for one in band)
+    low, high = (checked_number(one, "band", Field("Hz", "", above=0), float) for one in band)
     if not low < high:
         raise ParameterError("band", [low, high], "must rise from the lowest to the highest frequency [Hz]")
     if not high < nyquist:

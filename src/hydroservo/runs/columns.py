@@ -16,7 +16,7 @@ from hydroservo.control.wiring import believed
 from hydroservo.core.block import Block, field_at, is_block, leaves, replace, value_at
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.hooks import designed, resting
-from hydroservo.core.validation import allowed, check_own, number
+from hydroservo.core.validation import allowed, check_own, checked_number
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.steady import starts_found
 from hydroservo.runs.step_sizes import fastest_rate
@@ -130,7 +130,7 @@ def parameter_column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.flo
         wrong = float(found[~np.isfinite(found)][0])
         raise ParameterError(path, wrong, f"must be {allowed(replaced(field, auto=None))}")
     for value in (found.min(), found.max()):
-        number(float(value), path, field, float)
+        checked_number(float(value), path, field, float)
     if path == SEED and (found % 1.0).any():
         wrong = float(found[found % 1.0 != 0.0][0])
         raise ParameterError(path, wrong, f"must be {allowed(field, whole=True)}")

@@ -12,7 +12,7 @@ from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.group import group
 from hydroservo.core.nearest import one_of
 from hydroservo.core.roles.saying import is_role
-from hydroservo.core.validation import allowed, checked, number
+from hydroservo.core.validation import allowed, checked, checked_number
 from hydroservo.machine.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.scenario.fmus import FMU, KEYS, fmu_class, names_fmu, own_keys
 from hydroservo.scenario.quantities import number_and_unit, si_value, unit_factor
@@ -304,7 +304,7 @@ def number_from(entry: TableEntry, field: Field, kind: Any) -> float | int | boo
         except ValueError as error:
             raise entry.error(f"{error}; it {must_be(field, kind)}") from None
     try:
-        return number(value, entry.key, field, kind)
+        return checked_number(value, entry.key, field, kind)
     except ParameterError:
         raise entry.error(must_be(field, kind)) from None
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from hydroservo.core.block import Block, field_at, is_block, leaves
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.nearest import nearest
-from hydroservo.core.validation import number
+from hydroservo.core.validation import checked_number
 from hydroservo.runs.columns import Columns, number_per_run
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.load import Assembly, MachineBlocks, assemble
@@ -79,7 +79,7 @@ def checked_values(assembly: Assembly, path: str, values: ArrayLike, first: int)
     found = number_per_run(path, values)
     for run, value in enumerate(found.tolist(), first):
         try:
-            number(value, path, assembly.arguments[path].field, float)
+            checked_number(value, path, assembly.arguments[path].field, float)
         except ParameterError as error:
             raise ParameterError(path, value, f"{error.allowed}, in run {run}") from None
     return found

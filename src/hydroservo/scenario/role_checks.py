@@ -15,7 +15,7 @@ from hydroservo.core.block import is_block
 from hydroservo.core.errors import ParameterError, ScenarioError, short
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.hooks import HOOKS
-from hydroservo.core.validation import TEXT, in_range, number
+from hydroservo.core.validation import TEXT, checked_number, in_range
 from hydroservo.scenario.units import check_si
 
 ROLES: tuple[type, ...] = tuple(
@@ -138,7 +138,7 @@ def argument_problem(name: str, field: Field | None, kind: Any, default: Any) ->
         if is_block(default):
             in_range(default, name)
         elif kind in (float, int, bool) and default is not inspect.Parameter.empty:
-            number(default, name, field or Field("", name), kind)
+            checked_number(default, name, field or Field("", name), kind)
     except ParameterError as error:
         return f"{error.path} has the default {short(error.value)}: {error.allowed}"
     return ""

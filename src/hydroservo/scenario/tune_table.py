@@ -9,7 +9,7 @@ from hydroservo.core.block import field_at, leaves, value_at
 from hydroservo.core.command_scale import commands_in
 from hydroservo.core.errors import ParameterError, ScenarioError
 from hydroservo.core.field import declared_fields
-from hydroservo.core.validation import number
+from hydroservo.core.validation import checked_number
 from hydroservo.linear.stability import Bounds
 from hydroservo.runs.objective import (
     checked_effort,
@@ -174,7 +174,7 @@ def checked_limit(name: str, value: object) -> float:
             example = "6 dB" if unit == "dB" else "30 deg"
             raise ParameterError(name, value, f"must be a number with its unit, such as {example}") from None
     try:
-        return float(number(found, name, field, float))
+        return float(checked_number(found, name, field, float))
     except ParameterError as error:
         least = "must be above 0 dB" if name == "max_sensitivity" else "must be at least 0 dB"
         typed = isinstance(value, str) and unit == "dB"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo._version import __version__
 from hydroservo.core.errors import HydroservoError
-from hydroservo.core.outputs import digests, names_in, staged, write_text
+from hydroservo.core.outputs import digests, file_names_in, staged, write_text
 from hydroservo.show.finding import Finding, Picture
 from hydroservo.show.journal import NO_JOURNAL, Journal, with_decimal_commas
 from hydroservo.show.latex import latex_of
@@ -67,7 +67,7 @@ def write_finding(folder: Path, finding: Finding, command: str, journal: Journal
         if journal.decimal_comma:
             with_decimal_commas(stage)
         write_metrics(stage, finding.numbers)
-        names = names_in(stage)
+        names = file_names_in(stage)
     return [folder / name for name in names]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from hydroservo.control.synthesis.matrix import Matrix
 
 
-class StateSpace(NamedTuple):
+class StateMatrices(NamedTuple):
     """dx/dt = A x + B u, y = C x + D u.
 
     Attributes:
@@ -33,12 +33,12 @@ class RobustController(NamedTuple):
         least_gamma: the least that any controller reaches.
     """
 
-    k: StateSpace
+    k: StateMatrices
     gamma: float
     least_gamma: float
 
 
-def robust_controller(plant: StateSpace, factor: float = 1.1) -> RobustController:
+def robust_controller(plant: StateMatrices, factor: float = 1.1) -> RobustController:
     """The controller that stabilises all plants within 1/gamma of a plant, gamma = factor gamma_min.
 
     With the plant G = M^-1 N, its coprime factors normalised, M M* + N N* = 1, these are all
@@ -80,13 +80,13 @@ def robust_controller(plant: StateSpace, factor: float = 1.1) -> RobustControlle
             felt = -np.linalg.solve(s, d.T @ c + b.T @ x)
         except (np.linalg.LinAlgError, ValueError):
             raise ValueError("a Riccati equation has no solution in floating-point numbers") from None
-        k = rescaled(StateSpace(a + b @ felt - heard @ (c + d @ felt), heard, b.T @ x, d.T), sizes, rate)
+        k = rescaled(StateMatrices(a + b @ felt - heard @ (c + d @ felt), heard, b.T @ x, d.T), sizes, rate)
     if not all(np.isfinite(part).all() for part in k):
         raise ValueError("it is beyond the range of floating-point numbers")
     return RobustController(k, gamma, least)
 
 
-def balanced(plant: StateSpace) -> tuple[StateSpace, Matrix, float]:
+def balanced(plant: StateMatrices) -> tuple[StateMatrices, Matrix, float]:
     """A plant in states of a size of their own and a time of its own: x/sizes and rate t.
 
     The rows and columns of [A B; C 0] that belong to a state get one size, by LAPACK's balancing.
@@ -106,10 +106,10 @@ def balanced(plant: StateSpace) -> tuple[StateSpace, Matrix, float]:
     sizes = scale[:states]
     a, b, c = plant.a * sizes / sizes[:, np.newaxis], plant.b / sizes[:, np.newaxis], plant.c * sizes
     rate = float(np.abs(a).max()) or 1.0
-    return StateSpace(a / rate, b / math.sqrt(rate), c / math.sqrt(rate), plant.d), sizes, rate
+    return StateMatrices(a / rate, b / math.sqrt(rate), c / math.sqrt(rate), plant.d), sizes, rate
 
 
-def rescaled(law: StateSpace, sizes: Matrix, rate: float) -> StateSpace:
+def rescaled(law: StateMatrices, sizes: Matrix, rate: float) -> StateMatrices:
     """What is balanced, as it was before."""
     root, rows = math.sqrt(rate), sizes[:, np.newaxis]
-    return StateSpace(rate * law.a * rows / sizes, root * law.b * rows, root * law.c / sizes, law.d)
+    return StateMatrices(rate * law.a * rows / sizes, root * law.b * rows, root * law.c / sizes, law.d)

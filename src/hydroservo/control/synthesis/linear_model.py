@@ -37,7 +37,7 @@ class LinearModel(NamedTuple):
         )
 
 
-def at_rest(model: DesignModel, time_constant: float) -> LinearModel:
+def model_at_rest(model: DesignModel, time_constant: float) -> LinearModel:
     """The model about rest, behind a valve of first order; x = [x1, x2, x3], or [x1, x2] without the lag.
 
     With x3 the valve's opening as the command that would hold it::

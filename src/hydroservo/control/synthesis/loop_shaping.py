@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hydroservo.control.synthesis.coprime import StateSpace
-from hydroservo.control.synthesis.linear_model import at_rest
+from hydroservo.control.synthesis.coprime import StateMatrices
+from hydroservo.control.synthesis.linear_model import model_at_rest
 from hydroservo.control.synthesis.sampled import under_held_input
 from hydroservo.machine.plants.design_model import DesignModel
 
@@ -12,7 +12,7 @@ DIRECT = np.zeros((1, 1))
 
 def sampled_plant(
     model: DesignModel, time_constant: float, period: float, proportional: float, integral: float
-) -> StateSpace:
+) -> StateMatrices:
     """G W: the velocity about rest over what a sampled PI weight is given, x_(k+1) = A x_k + B u_k.
 
     G is the model behind the valve 1/(tau s + 1), its command held over a sample, W = k_p + k_i h z/(z - 1).
@@ -29,19 +29,19 @@ def sampled_plant(
         ValueError: it is beyond the range of floating-point numbers.
     """
     with np.errstate(all="ignore"):
-        plant = at_rest(model, time_constant)
+        plant = model_at_rest(model, time_constant)
         scaled = plant.scaled()  # whose velocity still is in m/s
         moved, held = under_held_input(scaled.rates, scaled.driven, period)
         driven, seen = held[:, np.newaxis] / plant.command, np.eye(1, len(moved))
         gain, n = proportional + period * integral, len(moved)
         if integral == 0.0:
-            return StateSpace(moved, gain * driven, seen, DIRECT)
+            return StateMatrices(moved, gain * driven, seen, DIRECT)
         whole = np.block([[moved, driven], [np.zeros((1, n)), np.ones((1, 1))]])
         given = np.append(gain * driven, [[period * integral]], axis=0)
-    return StateSpace(whole, given, np.append(seen, [[0.0]], axis=1), DIRECT)
+    return StateMatrices(whole, given, np.append(seen, [[0.0]], axis=1), DIRECT)
 
 
-def to_bilinear(sampled: StateSpace) -> StateSpace:
+def to_bilinear(sampled: StateMatrices) -> StateMatrices:
     """What is sampled, as a function of v = (z - 1)/(z + 1): all norms on the unit circle stay.
 
     Raises:
@@ -53,10 +53,10 @@ def to_bilinear(sampled: StateSpace) -> StateSpace:
     except np.linalg.LinAlgError:
         raise ValueError("it is beyond the range of floating-point numbers") from None
     root = np.sqrt(2.0)
-    return StateSpace(half @ (a - np.eye(len(a))), root * half @ b, root * c @ half, d - c @ half @ b)
+    return StateMatrices(half @ (a - np.eye(len(a))), root * half @ b, root * c @ half, d - c @ half @ b)
 
 
-def from_bilinear(law: StateSpace) -> StateSpace:
+def from_bilinear(law: StateMatrices) -> StateMatrices:
     """What is a function of v = (z - 1)/(z + 1), sampled.
 
     Raises:
@@ -68,4 +68,4 @@ def from_bilinear(law: StateSpace) -> StateSpace:
     except np.linalg.LinAlgError:
         raise ValueError("it is beyond the range of floating-point numbers") from None
     root = np.sqrt(2.0)
-    return StateSpace(half @ (a + np.eye(len(a))), root * half @ b, root * c @ half, d + c @ half @ b)
+    return StateMatrices(half @ (a + np.eye(len(a))), root * half @ b, root * c @ half, d + c @ half @ b)

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hydroservo.control.synthesis.gains import computed, no_gain
-from hydroservo.control.synthesis.linear_model import at_rest
+from hydroservo.control.synthesis.linear_model import model_at_rest
 from hydroservo.control.synthesis.matrix import Matrix
-from hydroservo.control.synthesis.memory import NOTHING, Memory, remembering
+from hydroservo.control.synthesis.memory import NOTHING, ErrorMemory, remembering
 from hydroservo.control.synthesis.riccati import solution
 from hydroservo.control.synthesis.sampled import under_held_input
 from hydroservo.core.block import Block
@@ -46,7 +46,7 @@ def lqr(transition: Matrix, driven: Matrix, weights: Matrix, effort: float) -> M
 
 
 def feedback(
-    law: Block, names: Sequence[str], model: DesignModel, period: float, memory: Memory = NOTHING
+    law: Block, names: Sequence[str], model: DesignModel, period: float, memory: ErrorMemory = NOTHING
 ) -> list[float]:
     """The gains of a law from x1, x2 and x3 of the model at rest, and from what it remembers, to its command.
 
@@ -102,14 +102,14 @@ class Design(NamedTuple):
         return found
 
 
-def designed_at_rest(law: Block, model: DesignModel, period: float, memory: Memory = NOTHING) -> Design:
+def designed_at_rest(law: Block, model: DesignModel, period: float, memory: ErrorMemory = NOTHING) -> Design:
     """The law's design, as :func:`feedback` has it.
 
     Raises:
         numpy.linalg.LinAlgError: there is none.
         ValueError: what is given is not finite.
     """
-    plant = at_rest(model, law.time_constant)
+    plant = model_at_rest(model, law.time_constant)
     scaled, states = plant.scaled(), len(plant.sizes)
     sampled = under_held_input(scaled.rates, scaled.driven, period)
     weights = np.array([1.0, law.force_weight, 0.0])[:states] * plant.sizes

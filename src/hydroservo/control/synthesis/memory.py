@@ -8,7 +8,7 @@ import numpy as np
 from hydroservo.control.synthesis.matrix import Matrix
 
 
-class Memory(NamedTuple):
+class ErrorMemory(NamedTuple):
     """m := F m + b e from one sample to the next, with e = x1 - r.
 
     Attributes:
@@ -22,15 +22,15 @@ class Memory(NamedTuple):
     rates: Matrix
 
 
-NOTHING = Memory(np.zeros((0, 0)), np.zeros(0), np.zeros(0))
+NOTHING = ErrorMemory(np.zeros((0, 0)), np.zeros(0), np.zeros(0))
 
 
-def integrator(rate: float, period: float) -> Memory:
+def integrator(rate: float, period: float) -> ErrorMemory:
     """The error summed up: m := m + h e."""
-    return Memory(np.ones((1, 1)), np.array([period]), np.array([rate]))
+    return ErrorMemory(np.ones((1, 1)), np.array([period]), np.array([rate]))
 
 
-def oscillator(rate: float, frequency: float, period: float) -> Memory:
+def oscillator(rate: float, frequency: float, period: float) -> ErrorMemory:
     """The error driving an oscillator: m := R (m + [0, h e]), with R the rotation by 2 pi f h.
 
     A rotation is the oscillator's exact transition, so that its poles lie on the unit circle and what it
@@ -43,22 +43,22 @@ def oscillator(rate: float, frequency: float, period: float) -> Memory:
     """
     angle = 2.0 * math.pi * frequency * period
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
-    return Memory(turn, turn[:, 1] * period, np.array([rate, rate]))
+    return ErrorMemory(turn, turn[:, 1] * period, np.array([rate, rate]))
 
 
-def both(one: Memory, other: Memory) -> Memory:
+def both(one: ErrorMemory, other: ErrorMemory) -> ErrorMemory:
     """Two memories of the same error side by side."""
     size, more = len(one.transition), len(other.transition)
     transition = np.zeros((size + more, size + more))
     transition[:size, :size], transition[size:, size:] = one.transition, other.transition
-    return Memory(
+    return ErrorMemory(
         transition,
         np.concatenate([one.driven, other.driven]),
         np.concatenate([one.rates, other.rates]),
     )
 
 
-def remembering(transition: Matrix, driven: Matrix, memory: Memory) -> tuple[Matrix, Matrix]:
+def remembering(transition: Matrix, driven: Matrix, memory: ErrorMemory) -> tuple[Matrix, Matrix]:
     """A sampled plant with a memory of its first state, each number of it in units that count as an error.
 
     Args:

@@ -47,10 +47,10 @@ def solution(transition: Matrix, driven: Matrix, weights: Matrix, price: Matrix)
         except LinAlgWarning as warning:
             raise np.linalg.LinAlgError(str(warning)) from None
     gain = np.linalg.solve(driven.T @ found @ driven + price, driven.T @ found @ transition)
-    return summed(transition - driven @ gain, weights + gain.T @ price @ gain)
+    return power_sum(transition - driven @ gain, weights + gain.T @ price @ gain)
 
 
-def summed(transition: Matrix, weights: Matrix) -> Matrix:
+def power_sum(transition: Matrix, weights: Matrix) -> Matrix:
     """The sum of (F^k)^T Q F^k over all k from 0.
 
     Raises:

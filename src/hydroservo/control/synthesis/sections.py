@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.control.synthesis.coprime import StateSpace
+from hydroservo.control.synthesis.coprime import StateMatrices
 from hydroservo.control.synthesis.gains import nine_digits
 from hydroservo.control.synthesis.matrix import Matrix
 
@@ -15,7 +15,7 @@ Roots = NDArray[np.complex128]
 LEAST = 1e-9  # of a section's numbers beside 1; what is less is rounding
 
 
-class Weights(NamedTuple):
+class SectionWeights(NamedTuple):
     """y_k = b0 u_k + b1 u_(k-1) + b2 u_(k-2) - a1 y_(k-1) - a2 y_(k-2)."""
 
     b0: float
@@ -33,18 +33,18 @@ class Section(NamedTuple):
     d1: float
     d2: float
 
-    def weights(self) -> Weights:
+    def weights(self) -> SectionWeights:
         """By plain arithmetic; what is of first order stays so."""
         n1, n2, d1, d2 = self
         if n2 == d2 == 0.0:
             low = 1.0 + d1
-            return Weights((1.0 + n1) / low, (1.0 - n1) / low, 0.0, (1.0 - d1) / low, 0.0)
+            return SectionWeights((1.0 + n1) / low, (1.0 - n1) / low, 0.0, (1.0 - d1) / low, 0.0)
         low = 1.0 + d1 + d2
         b0, b1, b2 = (1.0 + n1 + n2) / low, 2.0 * (1.0 - n2) / low, (1.0 - n1 + n2) / low
-        return Weights(b0, b1, b2, 2.0 * (1.0 - d2) / low, (1.0 - d1 + d2) / low)
+        return SectionWeights(b0, b1, b2, 2.0 * (1.0 - d2) / low, (1.0 - d1 + d2) / low)
 
 
-def sections(law: StateSpace) -> tuple[float, tuple[Section, ...]]:
+def sections(law: StateMatrices) -> tuple[float, tuple[Section, ...]]:
     """The gain at rest of a law of one input and one output, and the sections that make the rest of it.
 
     Each number is in nine digits, so that a run has the same bits on every processor; the weights of the

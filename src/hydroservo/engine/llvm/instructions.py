@@ -36,17 +36,17 @@ def above_root_half(w: FunctionValues, bits: str) -> str:
     return w.emit(f"ashr i64 {w.emit(f'sub i64 {bits}, {ROOT_HALF_BITS}')}, 52")
 
 
-def exponent(w: FunctionValues, x: str) -> str:
+def exponent_code(w: FunctionValues, x: str) -> str:
     return w.emit(f"sitofp i64 {above_root_half(w, bits_of(w, x))} to double")
 
 
-def mantissa(w: FunctionValues, x: str) -> str:
+def mantissa_code(w: FunctionValues, x: str) -> str:
     bits = bits_of(w, x)
     shifted = w.emit(f"shl i64 {above_root_half(w, bits)}, 52")
     return from_bits(w, w.emit(f"sub i64 {bits}, {shifted}"))
 
 
-def scaled(w: FunctionValues, x: str, n: str) -> str:
+def scaled_code(w: FunctionValues, x: str, n: str) -> str:
     """In two steps of half the exponent each, of which the last alone can round."""
     biased = bits_of(w, w.emit(f"fadd double {n}, {BIASED_ROUNDER}"))
     half = w.emit(f"ashr i64 {biased}, 1")
@@ -65,14 +65,14 @@ def from_bits(w: FunctionValues, n: str) -> str:
     return w.emit(f"bitcast i64 {n} to double")
 
 
-def quotient(w: FunctionValues, a: str, b: str) -> str:
+def quotient_code(w: FunctionValues, a: str, b: str) -> str:
     """floor(a/b) of whole numbers; 0 where b is 0."""
     zero, _, ratio, _, below = division(w, a, b)
     less = w.emit(f"sext i1 {below} to i64")
     return w.emit(f"select i1 {zero}, i64 0, i64 {w.emit(f'add i64 {ratio}, {less}')}")
 
 
-def modulo(w: FunctionValues, a: str, b: str) -> str:
+def modulo_code(w: FunctionValues, a: str, b: str) -> str:
     """a - b floor(a/b) of whole numbers; 0 where b is 0."""
     zero, divisor, _, rest, below = division(w, a, b)
     more = w.emit(f"select i1 {below}, i64 {divisor}, i64 0")
@@ -94,12 +94,12 @@ INSTRUCTIONS: dict[Any, tuple[Any, ...]] = {  # and of how many numbers, floats 
     basic.copysign: (llvm("copysign"), 2),
     basic.sqrt: (llvm("sqrt"), 1),
     basic.floor: (llvm("floor"), 1),
-    binary.exponent: (exponent, 1),
-    binary.mantissa: (mantissa, 1),
-    binary.scaled: (scaled, 2),
+    binary.exponent: (exponent_code, 1),
+    binary.mantissa: (mantissa_code, 1),
+    binary.scaled: (scaled_code, 2),
     math.fmod: (remainder, 2),
-    functions.whole_modulo: (modulo, 2, INT),
-    functions.whole_quotient: (quotient, 2, INT),
+    functions.whole_modulo: (modulo_code, 2, INT),
+    functions.whole_quotient: (quotient_code, 2, INT),
 }
 
 

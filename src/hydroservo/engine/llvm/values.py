@@ -12,7 +12,6 @@ from hydroservo.language.terms import (
     ArrayView,
     Call,
     Choice,
-    Constant,
     ConstantArray,
     Conversion,
     Element,
@@ -25,6 +24,7 @@ from hydroservo.language.terms import (
     Member,
     Memory,
     MemoryLoad,
+    NamedNumber,
     Operation,
     Record,
     Type,
@@ -159,7 +159,7 @@ class FunctionValues:
         if (place := self.place(value)) is not None:
             return self.loaded(place, value.type)
         match value:
-            case Literal(value=number) | Constant(value=number):
+            case Literal(value=number) | NamedNumber(value=number):
                 return float_literal(number)
             case Whole(value=whole):
                 return str(int(whole)) if value.type != BOOL else str(bool(whole)).lower()
@@ -283,7 +283,7 @@ def is_there(value: Expression) -> bool:
     """Whether a value takes no work."""
     while isinstance(value, Member):
         value = value.base
-    return isinstance(value, Variable | Literal | Constant | Whole)
+    return isinstance(value, Variable | Literal | NamedNumber | Whole)
 
 
 def runtime_fields(record: Record) -> dict[str, Type]:

@@ -18,7 +18,6 @@ from hydroservo.language.terms import (
     Call,
     Choice,
     Computed,
-    Constant,
     Conversion,
     Expression,
     For,
@@ -28,6 +27,7 @@ from hydroservo.language.terms import (
     Literal,
     Make,
     Member,
+    NamedNumber,
     Operation,
     Record,
     Return,
@@ -131,7 +131,7 @@ class KnownValues:
             case Call(function=function):
                 self.visit(function, parts)
                 value = self.calls[one] = number_in_python(function, parts)
-            case Literal(value=number) | Constant(value=number) | Whole(value=number):
+            case Literal(value=number) | NamedNumber(value=number) | Whole(value=number):
                 value = number
             case Variable(name=name, mutable=False):
                 value = names.get(name, VARIES)

@@ -9,7 +9,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.errors import HydroservoError, LoopError
 from hydroservo.core.outputs import check_outputs, staged, temporary_folder, write_text
 from hydroservo.export.c.vectors import Vectors, make_vectors
-from hydroservo.export.compilers import CompilerError, compile_file, compiler, run_command
+from hydroservo.export.compilers import CompilerError, compile_file, compiler, run_tool
 from hydroservo.export.texts import render
 from hydroservo.export.unit import CModule, Part, Signal
 
@@ -195,7 +195,7 @@ def replay_output(unit: CModule, vectors: Vectors, folder: Path) -> str:
     for name, text in c_project(unit, vectors).items():
         (folder / name).write_text(text, encoding="utf-8")
     program = compile_file(folder, [f"{unit.prefix}_replay.c", f"{unit.prefix}.c"], "try-replay")
-    done = run_command(folder, [str(program)])
+    done = run_tool(folder, [str(program)])
     if done.returncode != 0 and (unit.real == "double" or not done.stdout):
         lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
         said = "; ".join(lines or [f"the replay ended with {done.returncode}"])
@@ -208,7 +208,7 @@ def compiler_fault(folder: Path) -> str:
     (folder / "try-compiler.c").write_text("int main(void) { return 0; }\n", encoding="utf-8")
     try:
         empty = compile_file(folder, ["try-compiler.c"], "try-compiler")
-        ends = run_command(folder, [str(empty)]).returncode
+        ends = run_tool(folder, [str(empty)]).returncode
     except CompilerError as error:
         return str(error)
     return "what the C compiler builds does not run here" if ends != 0 else ""

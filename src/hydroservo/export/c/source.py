@@ -15,7 +15,7 @@ from hydroservo.export.c.writer import CWriter, FunctionEnds, NamedConstant
 from hydroservo.export.texts import WIDTH, comment, in_comment
 from hydroservo.export.unit import Part
 from hydroservo.language.names import identifier
-from hydroservo.language.terms import ConstantArray, Function, Matrix, Record
+from hydroservo.language.terms import ConstantArray, Function, Record
 
 
 class Translation(NamedTuple):
@@ -166,7 +166,6 @@ def source_texts(translation: Translation, needed: Liveness, form: SourceForm) -
     entries = entry_texts(translation, writer, form.inlined)
     read = any("self" in dict(needed.takes(one)) for one in (translation.init, translation.step))
     defaults = defaults_text(translation, writer, form.inlined) if read or not form.inlined else ""
-    matrices = {one.returns for one in needed.reached if isinstance(one.returns, Matrix)}
     tables = [table_text(writer, table) for table in translation.tables if table in needed.tables]
     constants = [constant_text(one) for one in writer.constants.values()]  # those now seen
     parts = [
@@ -174,7 +173,6 @@ def source_texts(translation: Translation, needed: Liveness, form: SourceForm) -
         PREAMBLE.format(prefix=form.prefix, PREFIX=form.prefix.upper()),
         "".join(constants),
         *(writer.record(record) for record in hidden),
-        *(matrix_text(writer, one) for one in matrices),
         *tables,
         defaults,
         *functions,
@@ -256,10 +254,6 @@ def ordered_records(records: Sequence[Any], needed: Liveness) -> list[Record]:
     for record in records:
         add(record)
     return list(found)
-
-
-def matrix_text(writer: CWriter, matrix: Matrix) -> str:
-    return f"typedef struct {{\ndouble a[{matrix.size}][{matrix.size}];\n}} {writer.type(matrix)};\n"
 
 
 def table_text(writer: CWriter, table: ConstantArray) -> str:

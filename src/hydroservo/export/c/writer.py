@@ -25,7 +25,6 @@ from hydroservo.language.terms import (
     Call,
     Choice,
     Computed,
-    Constant,
     Continue,
     Conversion,
     Element,
@@ -37,8 +36,8 @@ from hydroservo.language.terms import (
     Let,
     Literal,
     Make,
-    Matrix,
     Member,
+    NamedNumber,
     Operation,
     Record,
     Return,
@@ -112,8 +111,6 @@ class CWriter:
         """A type's name in C."""
         if isinstance(kind, Record):
             return f"{self.prefix}_{kind.name}"
-        if isinstance(kind, Matrix):
-            return f"{self.prefix}_matrix_{kind.size}"
         return self.real if kind == REAL else PLAIN[kind]  # type: ignore[index]
 
     def kept(self, record: Record) -> Iterator[tuple[str, Type]]:
@@ -177,7 +174,7 @@ class CWriter:
         return ", ".join(self.parameter(name, kind) for name, kind in taken) or "void"
 
     def parameter(self, name: str, kind: Type) -> str:
-        pointer = isinstance(kind, (Record, Matrix))
+        pointer = isinstance(kind, Record)
         return f"const {self.type(kind)} *{name}" if pointer else f"{self.type(kind)} {name}"
 
     def declarations(self, function: Function) -> list[str]:
@@ -259,7 +256,7 @@ class CWriter:
             case Whole(value=whole, type=kind):
                 text = str(bool(whole)).lower() if kind == BOOL else whole_literal(whole)
                 return text, UNARY if text[0] == "-" else ATOM
-            case Constant():
+            case NamedNumber():
                 return self.constant(value), ATOM
             case Computed():
                 return self.computed(value), ATOM
@@ -295,7 +292,7 @@ class CWriter:
         sign = {"&": "&&", "|": "||"}.get(sign, sign)
         level = LEVELS.get(sign, COMPARED)
         left, binds = self.text(a)
-        if a.type == INT and is_narrow(a) and is_narrow(b):
+        if a.type == INT and is_short_whole(a) and is_short_whole(b):
             left, binds = f"(int64_t){self.inner(a, UNARY)}", UNARY
         chained = isinstance(a, Operation) and a.operator == sign and sign in LEVELS
         left = left if binds >= UNARY or chained else f"({left})"
@@ -314,7 +311,7 @@ class CWriter:
         return [self.argument(one) for (name, _), one in pairs if name in taken]
 
     def argument(self, value: Expression) -> str:
-        return self.address(value) if isinstance(value.type, (Record, Matrix)) else self.value(value)
+        return self.address(value) if isinstance(value.type, Record) else self.value(value)
 
     def made(self, record: Record, values: dict[str, Expression]) -> str:
         return f"({self.type(record)}){{{', '.join(self.fields(record, values))}}}"
@@ -346,7 +343,7 @@ class CWriter:
         text = repr(float(value)) if self.real == "double" else single_literal(value)
         return text, UNARY if text[0] == "-" else ATOM
 
-    def constant(self, value: Constant) -> str:
+    def constant(self, value: NamedNumber) -> str:
         """The name of a module's constant."""
         number = SINGLE.get((value.module, value.name), value.value) if self.real == "float" else value.value
         return self.named((value.module, value.name, value.value), module_file(value.module), number, "")
@@ -365,15 +362,15 @@ class CWriter:
         return self.constants[key].name
 
 
-def is_narrow(value: Expression) -> bool:
+def is_short_whole(value: Expression) -> bool:
     """True for a whole number that C computes with 32 bits, as it is made of short literals alone."""
     match value:
         case Whole(value=whole):
             return abs(whole) < SHORT
         case Unary(a=a):
-            return is_narrow(a)
+            return is_short_whole(a)
         case Choice(a=a, b=b):
-            return is_narrow(a) and is_narrow(b)
+            return is_short_whole(a) and is_short_whole(b)
     return False
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from hydroservo.core.errors import HydroservoError
 from hydroservo.core.outputs import atomic_path
 from hydroservo.export.compilers import platforms_named
-from hydroservo.export.fmu.variables import FmuVariable, VariableKind, base_unit, variables_of
+from hydroservo.export.fmu.variables import FmiVariable, VariableKind, base_unit, variables_of
 from hydroservo.export.fmu.write import checked_ending, fmu_content, pack
 from hydroservo.export.texts import render
 from hydroservo.export.unit import CModule, FmiVersion, Part
@@ -81,7 +81,7 @@ def fmu_of(unit: CModule, stop_time: float, version: FmiVersion, platforms: Iter
     return packed.getvalue()
 
 
-def connectors(part: Part, unit: CModule, links: Iterable[Connection]) -> list[FmuVariable]:
+def connectors(part: Part, unit: CModule, links: Iterable[Connection]) -> list[FmiVariable]:
     """The outputs of an FMU and its inputs that are connected: a tool may connect any other as it likes."""
     fed = {link.name for link in links if link.end is part}
     return [one for one in variables_of(unit) if one.kind is VariableKind.OUTPUT or one.name in fed]

@@ -66,7 +66,7 @@ class VariableKind(Enum):
     RATE = ("local", "continuous", "calculated")
 
 
-class FmuVariable(NamedTuple):
+class FmiVariable(NamedTuple):
     """One variable of an FMU.
 
     Attributes:
@@ -118,13 +118,13 @@ class FmuVariable(NamedTuple):
         return self.kind is not VariableKind.TIME and self.initial != "calculated"
 
 
-def variables_of(unit: CModule) -> tuple[FmuVariable, ...]:
+def variables_of(unit: CModule) -> tuple[FmiVariable, ...]:
     """The time, the parameters, the arguments and the states, in this order.
 
     Raises:
         ParameterError: a name is there twice, or is none in FMI.
     """
-    time = FmuVariable("time", 0, VariableKind.TIME, "", "s", "time", 0.0)
+    time = FmiVariable("time", 0, VariableKind.TIME, "", "s", "time", 0.0)
     others = continuous_variables(unit) if unit.part is Part.EQUATIONS else sampled_variables(unit)
     variables = (time, *(one._replace(reference=i) for i, one in enumerate(others, 1)))
     references = {f"der({one.name})": one.reference for one in variables}
@@ -138,13 +138,13 @@ def variables_of(unit: CModule) -> tuple[FmuVariable, ...]:
     return variables
 
 
-def clock_after(variables: Sequence[FmuVariable]) -> FmuVariable:
+def clock_after(variables: Sequence[FmiVariable]) -> FmiVariable:
     """The clock of a controller, to which all that changes at its samples belongs."""
     meaning = "the controller's samples, of which the first is at the start"
-    return FmuVariable(CLOCK, len(variables), VariableKind.INPUT, "", "", meaning, 0.0)
+    return FmiVariable(CLOCK, len(variables), VariableKind.INPUT, "", "", meaning, 0.0)
 
 
-def sampled_variables(unit: CModule) -> Iterator[FmuVariable]:
+def sampled_variables(unit: CModule) -> Iterator[FmiVariable]:
     """The parameters, arguments and states of what takes samples, without their references.
 
     A parameter that has the name of a state, as a ramp's rate and that of its demand, is ``parameters.`` and
@@ -161,7 +161,7 @@ def sampled_variables(unit: CModule) -> Iterator[FmuVariable]:
         yield fmu_variable(one, state_kind(unit, one), "state")
 
 
-def continuous_variables(unit: CModule) -> Iterator[FmuVariable]:
+def continuous_variables(unit: CModule) -> Iterator[FmiVariable]:
     """Those of equations that an importer sees: not their instant, start, nor when the load jumps next."""
     for one in unit.parameters:
         yield fmu_variable(one, parameter_kind(one), "parameters")
@@ -178,10 +178,10 @@ def continuous_variables(unit: CModule) -> Iterator[FmuVariable]:
             yield fmu_variable(one, VariableKind.OUTPUT, "state")._replace(continuous=True)
 
 
-def fmu_variable(signal: Signal, kind: VariableKind, record: str) -> FmuVariable:
+def fmu_variable(signal: Signal, kind: VariableKind, record: str) -> FmiVariable:
     place = f"{record}.{signal.place}"
     described = (signal.unit, signal.meaning, signal.value, signal.integrated, signal.least, signal.most)
-    return FmuVariable(signal.path, 0, kind, place, *described, nominal=signal.nominal)
+    return FmiVariable(signal.path, 0, kind, place, *described, nominal=signal.nominal)
 
 
 def parameter_kind(signal: Signal) -> VariableKind:
@@ -206,8 +206,8 @@ class FmuUnknown(NamedTuple):
         knowns: the variables that it depends on; None says nothing, and so all of them.
     """
 
-    variable: FmuVariable
-    knowns: Sequence[FmuVariable] | None
+    variable: FmiVariable
+    knowns: Sequence[FmiVariable] | None
 
     def dependencies(self, first_index: int) -> dict[str, str]:
         """The attributes of its element, where variables are counted from an index."""
@@ -227,7 +227,7 @@ class Structure(NamedTuple):
     initial: Sequence[FmuUnknown]
 
 
-def structure_of(unit: CModule, variables: Sequence[FmuVariable], clock: FmuVariable | None) -> Structure:
+def structure_of(unit: CModule, variables: Sequence[FmiVariable], clock: FmiVariable | None) -> Structure:
     """What depends on what.
 
     A controller answers its inputs at once. The outputs of a machine, a demand and a loop change in steps
@@ -250,8 +250,8 @@ def structure_of(unit: CModule, variables: Sequence[FmuVariable], clock: FmuVari
 
 
 def direct_knowns(
-    unit: CModule, variables: Sequence[FmuVariable], output: FmuVariable
-) -> Iterator[FmuVariable]:
+    unit: CModule, variables: Sequence[FmiVariable], output: FmiVariable
+) -> Iterator[FmiVariable]:
     """What an output depends on after the initialization, without a step between."""
     if unit.command:
         yield from (one for one in variables if one.kind is VariableKind.INPUT)
@@ -264,8 +264,8 @@ def direct_knowns(
 
 
 def initial_knowns(
-    unit: CModule, variables: Sequence[FmuVariable], unknown: FmuVariable
-) -> Sequence[FmuVariable] | None:
+    unit: CModule, variables: Sequence[FmiVariable], unknown: FmiVariable
+) -> Sequence[FmiVariable] | None:
     """What an unknown depends on in the initialization.
 
     A machine's initial outputs come from parameters alone; a tool that does not know so may see an algebraic

@@ -74,11 +74,11 @@ class EdgeCurves(NamedTuple):
                 return ShapedEdges(StraightEdges(), 0.0)
             signed = self.signed(full)
             top = signed.value(full)
-            return ShapedEdges(CurvedEdges(full_opening, scaled(signed, full, top)), top)
+            return ShapedEdges(CurvedEdges(full_opening, scaled_curve(signed, full, top)), top)
         whole = {name: self.filled(name, curve, full) for name, curve in own.items()}
         top = whole[f"{self.name}_pa"].value(full)
         return ShapedEdges(
-            FourCurves(full_opening, *(scaled(curve, full, top) for curve in whole.values())), top
+            FourCurves(full_opening, *(scaled_curve(curve, full, top) for curve in whole.values())), top
         )
 
     def signed(self, full: float) -> Curve:
@@ -160,6 +160,6 @@ def half(curve: Curve, below: bool) -> Curve:
     return Curve.from_samples([0.0, *x[x > 0.0]], [at_0, *np.maximum(y[x > 0.0], 0.0)])
 
 
-def scaled(curve: Curve, x: float, y: float) -> Curve:
+def scaled_curve(curve: Curve, x: float, y: float) -> Curve:
     """A curve over the share of x, as a share of y."""
     return Curve.from_samples(curve.knots / x, curve.samples / y)

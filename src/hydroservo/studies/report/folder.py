@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo._version import __version__
+from hydroservo.core.formatting import enumeration
 from hydroservo.core.outputs import staged, write_text
 from hydroservo.show import Cell, Picture, Table
 from hydroservo.show.files import (
@@ -26,7 +27,7 @@ from hydroservo.show.journal import NO_JOURNAL, Journal, with_decimal_commas
 from hydroservo.show.table import TableTexts, note_of, text_with_unit, texts_of
 from hydroservo.studies.fronts import choose_gains
 from hydroservo.studies.report.pictures import study_pictures
-from hydroservo.studies.report.sentences import enumeration, lead_sentence, sentences
+from hydroservo.studies.report.sentences import lead_sentence, sentences
 from hydroservo.studies.report.tables import cell_tables, front_table, law_tables, ordered_laws_in
 from hydroservo.studies.report.view import StudyView, level_text, study_view
 from hydroservo.studies.trials import GAINS, judged_columns

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 from statistics import fmean
 
-from hydroservo.core.formatting import counted, number
+from hydroservo.core.formatting import counted, enumeration, number
 from hydroservo.studies.law_pairs import ErrorRatio
 from hydroservo.studies.pareto import STILL
 from hydroservo.studies.report.tables import motion_kind
@@ -156,7 +156,7 @@ def target_sentence(found: StudyView) -> str:
     if not ratios:
         return ""
     return (
-        f"On the target the best law takes {range_text(ratios)} the operations of a sample that "
+        f"On the target the best law takes {ratio_range_text(ratios)} the operations of a sample that "
         f"{found.reference} takes, in {counted(len(ratios), 'cell')}."
     )
 
@@ -197,7 +197,7 @@ def worth_sentences(found: StudyView) -> list[str]:
     lines = []
     for one in found.at.worths.values():
         ratio = one.over_cells
-        if not is_narrow(ratio):
+        if not is_narrow_interval(ratio):
             continue
         tie = not is_sure(ratio, found.verdicts.rules)
         harm = "it does harm" if ratio.value < 1.0 else "it earns its place"
@@ -216,7 +216,7 @@ def sensor_sentences(found: StudyView) -> list[str]:
     lines = []
     for name, ratio in found.at.prices.items():
         without, _, with_it = name.partition(" over ")
-        if is_narrow(ratio):
+        if is_narrow_interval(ratio):
             lines.append(
                 f"Sensors: the best law with {words[without]} has {interval_text(ratio)} times the error of "
                 f"the best with {words[with_it]}."
@@ -232,8 +232,8 @@ def limit_sentences(found: StudyView) -> list[str]:
     said = []
     if own:
         lost, runs = sum(one.lost for one in own), sum(one.runs for one in own)
-        clairvoyant = range_text([one.clairvoyant for one in own])
-        causal = range_text([one.causal for one in own])
+        clairvoyant = ratio_range_text([one.clairvoyant for one in own])
+        causal = ratio_range_text([one.causal for one in own])
         said.append(
             f"The best law of a cell leaves {clairvoyant} the least error of any "
             f"command that knows the future, and {causal} that of one to which "
@@ -266,7 +266,7 @@ def search_sentence(found: StudyView) -> str:
     )
 
 
-def is_narrow(ratio: ErrorRatio) -> bool:
+def is_narrow_interval(ratio: ErrorRatio) -> bool:
     """Whether a ratio is known well enough for a sentence: its interval is less than a decade."""
     return ratio.low > 0.0 and ratio.high < WIDE * ratio.low
 
@@ -277,12 +277,7 @@ def share_text(value: float, low: float, high: float) -> str:
     return f"{100.0 * max(value, 0.0):.0f} %{ends}"
 
 
-def range_text(ratios: Sequence[float]) -> str:
+def ratio_range_text(ratios: Sequence[float]) -> str:
     """The range of some ratios."""
     low, high = number(min(ratios)), number(max(ratios))
     return f"{low} times" if low == high else f"{low} to {high} times"
-
-
-def enumeration(parts: Sequence[str], last: str = "and") -> str:
-    """Parts as they stand in a sentence."""
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} {last} {parts[-1]}" if parts else ""

@@ -4,12 +4,11 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from hydroservo.core import states
 from hydroservo.core.ops import basic, binary, random
 from hydroservo.engine import state_text
 from hydroservo.export import parts
 from hydroservo.export.c.primitives import numbers
-from hydroservo.export.c.primitives.states import drawn, factored, infinite, solved
+from hydroservo.export.c.primitives.states import drawn_in_c, infinite_in_c
 from hydroservo.language import functions
 from hydroservo.language.terms import Function, Translator, Type
 
@@ -29,11 +28,9 @@ NUMBERS = {
     binary.scaled: numbers.SCALED_NUMBER,
 }
 MADE = {
-    random.drawn: drawn,
+    random.drawn: drawn_in_c,
     **state_text.TRANSLATED,
-    states.factored: factored,
-    states.solved: solved,
-    parts.infinite: infinite,
+    parts.infinite: infinite_in_c,
 }
 
 

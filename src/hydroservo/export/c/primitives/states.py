@@ -1,50 +1,13 @@
-"""Functions of whole states: the test for infinite numbers, linear systems, random numbers."""
+"""Functions of whole states: the test for infinite numbers, and random numbers."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
-from hydroservo.core import states
 from hydroservo.core.ops import random
 from hydroservo.engine.state_text import record_of
 from hydroservo.export.c.writer import CWriter
-from hydroservo.language.names import identifier
 from hydroservo.language.scope import TranslationError
-from hydroservo.language.terms import BOOL, REAL, Function, Known, Matrix, Record, Translator, Type
+from hydroservo.language.terms import BOOL, REAL, Function, Known, Translator, Type
 
-FACTORED = """\
-/* The matrix 1/h - J from forward differences, split into triangles; its diagonal holds reciprocals. */
-static {matrix} {name}({given}) {{
-    {matrix} result;
-    double (*const a)[{n}] = result.a;
-    {state} nudged = *x;
-    double number[{n}];
-    double rate[{n}];
-    double moved[{n}];
-    {unpack_x}
-    {unpack_f}
-    for (int32_t j = 0; j < {n}; j++) {{
-        const double kept = number[j];
-        const double change = {nudge}(kept, rate[j], h);
-        number[j] = kept + change;
-        {pack_nudged}
-        const {state} rates = {deriv};
-        {unpack_rates}
-        number[j] = kept;
-        for (int32_t i = 0; i < {n}; i++) {{
-            a[i][j] = ((i == j) ? (1.0 / h) : 0.0) - ((moved[i] - rate[i]) / change);
-        }}
-    }}
-    for (int32_t k = 0; k < {n}; k++) {{
-        a[k][k] = 1.0 / a[k][k];
-        for (int32_t i = k + 1; i < {n}; i++) {{
-            a[i][k] = a[i][k] * a[k][k];
-            for (int32_t j = k + 1; j < {n}; j++) {{
-                a[i][j] = a[i][j] - (a[i][k] * a[k][j]);
-            }}
-        }}
-    }}
-    return result;
-}}
-"""
 WHOLE_TEXT = """\
 /* A whole number from 0 to 2^64 as one; 0 for all that is none. */
 static uint64_t ops_whole(double x) {
@@ -89,16 +52,7 @@ def known_of(kind: Type) -> int:
     return kind.value
 
 
-def leaf_places(record: Record, place: str = "") -> Iterator[str]:
-    """The place of each number of a record, whether it is needed or not."""
-    for name, kind in record.fields.items():
-        if isinstance(kind, Record):
-            yield from leaf_places(kind, f"{place}{identifier(name)}.")
-        else:
-            yield place + identifier(name)
-
-
-def infinite(translator: Translator, arguments: Sequence[Type]) -> Function:
+def infinite_in_c(translator: Translator, arguments: Sequence[Type]) -> Function:
     """``parts.infinite`` for records of one type."""
     (state,) = arguments
     record = record_of(state)
@@ -120,85 +74,7 @@ def infinite(translator: Translator, arguments: Sequence[Type]) -> Function:
     return Function(name, parameters, returns=BOOL, written=text, whole=(record,))
 
 
-def factored(translator: Translator, arguments: Sequence[Type]) -> Function:
-    """``states.factored`` for a system and records of one type."""
-    system, t, x, u, *_ = arguments
-    state = record_of(x)
-    places = list(leaf_places(state))
-    nudge = translator.function(states.nudge, [REAL] * 3)
-    deriv = translator.method(record_of(system), "deriv", [t, x, u])
-    name = translator.function_name(f"factored_{state.name}")
-    matrix = Matrix(len(places))
-    parameters = list(zip(("system", "t", "x", "u", "f", "h"), arguments, strict=True))
-
-    def text(writer: CWriter) -> str:
-        needed = {one for one, _ in writer.needed.takes(deriv)}
-        own = dict(zip([one for one, _ in deriv.parameters], ("system", "t", "&nudged", "u"), strict=True))
-        call = f"{deriv.name}({', '.join(text for one, text in own.items() if one in needed)})"
-        taken = writer.needed.takes(made)
-        return FACTORED.format(
-            matrix=writer.type(matrix),
-            name=name,
-            given=writer.signature(taken),
-            n=len(places),
-            state=writer.type(state),
-            nudge=nudge.name,
-            deriv=call,
-            unpack_x="\n".join(f"number[{i}] = x->{place};" for i, place in enumerate(places)),
-            unpack_f="\n".join(f"rate[{i}] = f->{place};" for i, place in enumerate(places)),
-            pack_nudged="\n".join(f"nudged.{place} = number[{i}];" for i, place in enumerate(places)),
-            unpack_rates="\n".join(f"moved[{i}] = rates.{place};" for i, place in enumerate(places)),
-        )
-
-    made = Function(name, parameters, returns=matrix, written=text, calls=(nudge, deriv), whole=(state,))
-    return made
-
-
-SOLVED = """\
-/* The solution z of (1/h - J) z = k. */
-static {state} {name}(const {matrix} *matrix, const {state} *k) {{
-    {state} result;
-    double z[{n}];
-    {unpack}
-    for (int32_t i = 0; i < {n}; i++) {{
-        for (int32_t j = 0; j < i; j++) {{
-            z[i] = z[i] - (matrix->a[i][j] * z[j]);
-        }}
-    }}
-    for (int32_t i = {n} - 1; i >= 0; i--) {{
-        for (int32_t j = i + 1; j < {n}; j++) {{
-            z[i] = z[i] - (matrix->a[i][j] * z[j]);
-        }}
-        z[i] = z[i] * matrix->a[i][i];
-    }}
-    {pack}
-    return result;
-}}
-"""
-
-
-def solved(translator: Translator, arguments: Sequence[Type]) -> Function:
-    """``states.solved`` for records of one type."""
-    matrix, k = arguments
-    record = record_of(k)
-    places = list(leaf_places(record))
-    name = translator.function_name(f"solved_{record.name}")
-
-    def text(writer: CWriter) -> str:
-        return SOLVED.format(
-            matrix=writer.type(matrix),
-            state=writer.type(record),
-            name=name,
-            n=len(places),
-            unpack="\n".join(f"z[{i}] = k->{place};" for i, place in enumerate(places)),
-            pack="\n".join(f"result.{place} = z[{i}];" for i, place in enumerate(places)),
-        )
-
-    parameters = [("matrix", matrix), ("k", record)]
-    return Function(name, parameters, returns=record, written=text, whole=(record,))
-
-
-def drawn(translator: Translator, arguments: Sequence[Type]) -> Function:
+def drawn_in_c(translator: Translator, arguments: Sequence[Type]) -> Function:
     """``ops.random.drawn`` for one kind of numbers."""
     *numbers, last = arguments
     kind = known_of(last)
