@@ -18,9 +18,9 @@ def role_of(cls: type) -> type:
 
 def blocks() -> list[type]:
     """Every block class that the packages of devices and laws export, and a paper's laws as printed."""
-    as_printed = (getattr(printed, name) for name in printed.__all__)
-    found = [*shipped_classes(), *(value for value in as_printed if is_block_class(value))]
-    return [cls for cls in found if declared_roles(cls)]
+    own = (value for value in vars(printed).values() if is_block_class(value))
+    as_printed = [cls for cls in own if cls.__module__ == printed.__name__]
+    return [cls for cls in (*shipped_classes(), *as_printed) if declared_roles(cls)]
 
 
 def identifier(cls: type) -> str:

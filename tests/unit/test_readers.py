@@ -99,8 +99,8 @@ def test_a_library_that_takes_too_much_or_too_long_is_ended(
 READING = """
 import sys
 from pathlib import Path
-from hydroservo.scenario.records.binary import process_table
-with process_table(Path(sys.argv[1])) as table:
+from hydroservo.scenario.records.binary import open_in_process
+with open_in_process(Path(sys.argv[1])) as table:
     print(*(header.text for header in table.headers), flush=True)
     sys.stdin.read()
 """
