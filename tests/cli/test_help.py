@@ -67,8 +67,9 @@ def test_a_name_without_an_ending_or_with_a_slash_is_a_folder(tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     for out in ("plain", "with.ending/", "with.ending"):  # the last of which is there by then
         succeeded("run", "paper/sine-pi", *QUICK, "--out", out)
-        succeeded("bode", "rig/1khz-pi-sine", "--linear", "--out", out)
-        assert {"run.png", "bode.png"} <= {path.name for path in Path(out).iterdir()}
+        assert "run.png" in {path.name for path in Path(out).iterdir()}
+    succeeded("bode", "rig/1khz-pi-sine", "--linear", "--out", "plain")
+    assert Path("plain/bode.png").exists()
     succeeded("batch", "paper/sine-pi", *SHORT, "--seeds", "--runs", "2", "--out", "runs")
     assert Path("runs/batch.json").exists()
 

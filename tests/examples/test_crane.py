@@ -41,6 +41,7 @@ def test_the_free_run_misses_no_more_than_the_page_says(crane, shipped):
     assert most < 0.5 * crane.errors(crane.linear(), measured)[1]
 
 
+@pytest.mark.slow  # some ten seconds
 def test_the_numbers_of_the_scenario_are_those_of_the_fit(crane, shipped, tmp_path):
     shutil.copytree(crane.FOLDER, tmp_path, dirs_exist_ok=True)
     found, own = crane.fitted(tmp_path).parameters, dict(leaves(shipped))

@@ -10,6 +10,7 @@ from hydroservo import ParameterError, bode, load_scenario, replace
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.system import part_slopes
 from hydroservo.linear.view import responses
+from tests.support.tiers import mostly
 
 CLEAN = 0.9995  # coherence: of 32 spectra or more a response spreads by 0.02 dB and 0.2 degrees then
 LIVELY = {
@@ -85,6 +86,6 @@ def test_a_machine_without_a_point_says_why(name: str, said: str) -> None:
         bode(load_scenario(name))
 
 
-@pytest.mark.parametrize("name", SLIDING)
+@pytest.mark.parametrize("name", mostly(pytest.mark.slow, SLIDING, ["cases/dead-band"]))
 def test_a_machine_whose_valve_has_hysteresis_says_that_it_leaves_no_slope(name: str) -> None:
     assert "no slope here" in bode(load_scenario(name), measure=False).attrs["warning"]

@@ -81,6 +81,7 @@ def sampled(period: float, substeps: int) -> Vector:
     return np.asarray(simulate(loop, record=["plant.position"])["plant.position"])
 
 
+@pytest.mark.slow  # some ten seconds
 def test_its_peaks_and_its_whole_motion() -> None:
     """A sampled controller is late in proportion to its period: twice the faster less the slower is not.
 

@@ -146,6 +146,7 @@ def test_every_law_of_the_built_in_scenarios_says_what_it_supposes() -> None:
     }
 
 
+@pytest.mark.slow  # some ten seconds
 def test_each_line_of_an_audit_says_by_itself_what_it_is_about() -> None:
     for one in every_block():
         meanings = [assumption.meaning for assumption in one.assumptions or ()]

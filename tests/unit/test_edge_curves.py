@@ -218,6 +218,7 @@ def test_the_slope_at_a_point_is_that_of_the_curve() -> None:
     assert model.steady_gain("velocity", "command") == pytest.approx(slope, rel=1e-3)
 
 
+@pytest.mark.slow  # some ten seconds
 def test_the_scale_of_a_curve_is_found_from_a_log() -> None:
     sine = {"type": "Sine", "amplitude": "6 V", "frequency": "5 Hz"}
     changes = {"reference": sine, "simulation.duration": "0.5 s", "valve.orifice": EDGES}

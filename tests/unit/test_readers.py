@@ -70,6 +70,7 @@ def test_what_would_fill_the_memory_is_refused_before_it_is_read(
         read_log(path, {})
 
 
+@pytest.mark.slow  # some ten seconds
 @needs_posix
 def test_a_small_file_of_gigabytes_takes_little_memory(tmp_path: Path) -> None:
     """4 MB of zeros in a column that nobody asks for: it took 1.9 GiB."""

@@ -208,6 +208,7 @@ def test_a_batch_says_so_once(substeps: int) -> None:
         simulate_batch(loop_with(UNSEEN, substeps), {"plant.mass": [6.0, 7.0]})
 
 
+@pytest.mark.slow  # some ten seconds
 def test_a_search_says_so_once() -> None:
     ranges = {"controller.proportional_gain": (1.0, 10.0)}
     with pytest.warns(HydroservoWarning, match=HELD) as said:

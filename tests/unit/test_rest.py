@@ -218,6 +218,7 @@ def test_what_a_scenario_s_start_may_not_be(scenario: Path, changes: dict[str, o
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow  # some ten seconds
 def test_each_run_of_a_batch_starts_at_its_own_rest(scenario: Path) -> None:
     """And has the bits of the single run."""
     loop = load_scenario(scenario)

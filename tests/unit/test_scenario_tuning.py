@@ -89,11 +89,13 @@ def test_an_aim_is_all_that_is_said_of_loops(arguments: dict[str, Any], problem:
     assert problem in str(caught.value)
 
 
+@pytest.mark.slow  # some ten seconds
 def test_loops_that_no_scenario_names_are_counted() -> None:
     loop = hs.load_scenario("paper/sine-pi", {"simulation.duration": "20 ms", "simulation.substeps": 4})
     assert hs.tune(hs.Aim([loop]), {GAIN: (1.0, 10.0)}, candidates=64).names == ["loop 1"]
 
 
+@pytest.mark.slow  # some ten seconds
 def test_loops_that_are_left_unstable_are_named() -> None:
     short = {"simulation.duration": "20 ms"}
     found = hs.tune(RIG, {GAIN: (50.0, 100.0)}, scales=[0.0], candidates=64, changes=short)
@@ -103,6 +105,7 @@ def test_loops_that_are_left_unstable_are_named() -> None:
     assert f"<b>Unstable for small motions</b>: {'; '.join(names)}." in found._repr_html_()
 
 
+@pytest.mark.slow  # some ten seconds
 def test_an_interrupted_search_says_so_where_its_values_stand() -> None:
     loop = hs.load_scenario("paper/sine-pi", {"simulation.duration": "20 ms", "simulation.substeps": 4})
     found = hs.tune(hs.Aim([loop], seeds=2), {GAIN: (1.0, 10.0)}, candidates=64)._replace(interrupted=True)

@@ -66,6 +66,7 @@ def test_the_crane_hunts() -> None:
     assert float(run["oscillation_command"]) == pytest.approx(0.559, rel=0.02)
 
 
+@pytest.mark.slow  # some ten seconds
 def test_batches_and_single_runs_have_the_same_numbers() -> None:
     loop = at_the_brink("axis/crane")
     payloads = np.array([0.0, 5.0, 10.0])
