@@ -113,13 +113,13 @@ def entries_of(part: OutlineNode) -> list[Entry]:
         if is_block(value) or value is None:
             continue
         field = in_signal(fields.get(name, Field("", name)), part.signal)
-        text, unit = number_text(value, field)
+        text, unit = value_and_unit(value, field)
         same = name in defaults and alike(value, defaults[name])
         found.append(Entry(name, text, unit, field.meaning, same))
     return found
 
 
-def number_text(value: object, field: Field) -> tuple[str, str]:
+def value_and_unit(value: object, field: Field) -> tuple[str, str]:
     """A number with few digits, and its unit."""
     if isinstance(value, np.ndarray):
         return f"{value.size} numbers", field.unit
