@@ -159,7 +159,13 @@ WRONG = {
         ),
     ),
     "no default": Wrong(
-        *(ROLE, LAW, {" = 2.0": ""}, GAIN, "has no default for gain: give one, or check_block an example")
+        *(
+            ROLE,
+            LAW,
+            {" = 2.0": ""},
+            GAIN,
+            "has no default for gain: give one, or call check_block with an example",
+        )
     ),
     "no docstring": Wrong(DOCUMENTED, LAW, {'    """u = k e."""\n': ""}, "class Law", "has no docstring"),
     "no field": Wrong(DECLARED, LAW, {FIELD: "float"}, GAIN, "gain has no unit; write gain: Annotated["),

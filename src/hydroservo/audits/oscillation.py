@@ -173,7 +173,7 @@ class Remains(NamedTuple):
     """What is left of an oscillation without one cause."""
 
     cause: Annotated[str, Field("", "what is switched off")]
-    phrase: Annotated[str, Field("", "how the loop is remains_without it")]
+    phrase: Annotated[str, Field("", "how the loop is without it")]
     command: Annotated[float, Field("V", "amplitude of the command then; nan if there is no such run")]
     ends: Annotated[bool, Field("", "whether the oscillation dies out")]
 

@@ -32,7 +32,7 @@ def run_command(
     plugins: Plugins,
     output: CommandOutput,
     form: Annotated[
-        ResultFormat, typer.Option("--format", help="ResultFormat of the trajectory that goes into --out.")
+        ResultFormat, typer.Option("--format", help="Format of the trajectory that goes into --out.")
     ] = ResultFormat.CSV,
     interpreted: Annotated[
         bool, typer.Option("--interpreted", help="Run in plain Python, thousands of times slower, to debug.")
@@ -151,9 +151,7 @@ def app_command(
     ] = "axis/position",
     port: Annotated[
         int | None,
-        typer.Option(
-            "--port", metavar="PORT", help="Port of the app_command; 0 for any free one. Default: 8642."
-        ),
+        typer.Option("--port", metavar="PORT", help="Port of the page; 0 for any free one. Default: 8642."),
     ] = None,
     host: Annotated[
         str,
@@ -165,7 +163,7 @@ def app_command(
         ),
     ] = "127.0.0.1",
     browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the app_command in the browser.")
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
     ] = True,
 ) -> None:
     """Open a local web page for a scenario: change a number, and see what follows.

@@ -24,7 +24,7 @@ def study_command(
         str,
         typer.Argument(
             metavar="STUDY",
-            help="A study_command's file (TOML), or the name of a built-in one.",
+            help="A study's file (TOML), or the name of a built-in one.",
             autocompletion=studies_like,
         ),
     ],
@@ -35,7 +35,7 @@ def study_command(
             metavar="DIR",
             parser=folder_at,
             show_default=False,
-            help=f"The folder of the study_command; what is done there already is not done again. {WHERE}",
+            help=f"The folder of the study; what is done there already is not done again. {WHERE}",
         ),
     ],
     changes: Annotated[
@@ -43,7 +43,7 @@ def study_command(
         list_option(
             "--set",
             "a.b=VALUE",
-            "Change one entry of the study_command: `search.candidates=512`, `conditions.test=50`.",
+            "Change one entry of the study: `search.candidates=512`, `conditions.test=50`.",
         ),
     ],
     plugins: Plugins,

@@ -160,7 +160,7 @@ def within(value: float, field: Field) -> bool:
 
 
 def allowed(field: Field, whole: bool = False) -> str:
-    """What a parameter may be, in words: "a finite checked_number above 0 [kg]"."""
+    """What a parameter may be, in words: "a finite number above 0 [kg]"."""
     limits = (
         ("above", field.above),
         ("at least", field.at_least),

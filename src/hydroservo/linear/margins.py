@@ -127,7 +127,7 @@ class Margins(NamedTuple):
     stable: Annotated[bool, Field("", "whether the closed loop is stable")]
     gain_margin: Annotated[float, Field("", "least factor above 1 by which the gain makes it unstable")]
     gain_reduction_margin: Annotated[
-        float, Field("", "largest_near factor below 1 by which it does; 0 if none does")
+        float, Field("", "largest factor below 1 by which it does; 0 if none does")
     ]
     phase_margin: Annotated[float, Field("rad", "least phase, late or early, that makes it unstable")]
     delay_margin: Annotated[float, Field("s", "least delay that makes it unstable")]
@@ -137,9 +137,7 @@ class Margins(NamedTuple):
     phase_crossovers: Annotated[Frequencies, Field("rad/s", "frequencies of -180 degrees")]
     error: Annotated[
         float,
-        Field(
-            "", "largest_near sensitivity_change of S where slopes are taken otherwise, a share of it above 1"
-        ),
+        Field("", "largest change of S where slopes are taken otherwise, a share of it above 1"),
     ]
 
     def finding(self) -> Finding:

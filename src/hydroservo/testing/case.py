@@ -112,7 +112,9 @@ def example_of(cls: Any) -> Block:
     given = getattr(cls, "_field_defaults", {})
     open_fields = [name for name in cls._fields if name not in given]
     if open_fields:
-        problem = f"has no default for {', '.join(open_fields)}: give one, or check_block an example"
+        problem = (
+            f"has no default for {', '.join(open_fields)}: give one, or call check_block with an example"
+        )
         raise ContractError(problem, class_line(cls, open_fields[0]))
     made: Block = cls()
     return made
