@@ -17,7 +17,7 @@ from hydroservo.core.errors import HydroservoError, LoopError, ScenarioError
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.linear import linearize
-from hydroservo.runs.stepping import SteppedRuns
+from hydroservo.runs.commanded import SteppedRuns
 from hydroservo.scenario import fmus, load_plugin, load_scenario
 from tests.support.export.foreign import SPRING, foreign_load, state_space
 

@@ -18,8 +18,8 @@ from hydroservo.limits.command import command_limits
 from hydroservo.machine.sensors.missing import missing_signals
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.cautions import quietly
+from hydroservo.runs.commanded import SteppedRuns
 from hydroservo.runs.run import simulate
-from hydroservo.runs.stepping import SteppedRuns
 from hydroservo.scenario import Assembly, assemble
 from hydroservo.scenario.other_tables import Deviation
 from hydroservo.scenario.parameter_draws import (

@@ -1,4 +1,4 @@
-"""Which number of a run's state was lost: it stopped being finite, or left physical reach."""
+"""The kernel of a run: compiled or not, what it records, and which number of its state was lost first."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Recording, RunSpec
 
 BEYOND = "left physical reach, beyond"
-ORDER = ("reference", "sensors", "controller", "hold", "load")  # of a sample; then the machine moves
+ORDER = ("reference", "sensors", "controller", "hold", "load")  # from cause to effect; last the machine
 REACH: Mapping[str, tuple[float, str]] = {  # of numbers of a machine, far beyond any that is built
     "plant.velocity": (100.0, "100 m/s"),
     "plant.pressure_a": (1e9, "10,000 bar"),
@@ -47,7 +47,7 @@ def state_reaches(state: Block) -> tuple[tuple[str, float], ...]:
 
 
 def first_loss(state: Block, watched: Sequence[str], numbers: Sequence[float], time: float) -> Loss:
-    """The first number of a state that is lost, in the order in which a sample computes them."""
+    """The first number of a state that is lost, causes before effects."""
     values = dict(zip((path for path, _ in leaves(state)), numbers, strict=True))
     lost = [path for path in watched if not math.isfinite(values[path])]
     if lost:
@@ -57,7 +57,7 @@ def first_loss(state: Block, watched: Sequence[str], numbers: Sequence[float], t
 
 
 def place_in_sample(path: str) -> int:
-    """When in a sample a number is computed."""
+    """How far from the first cause a number is."""
     part = path.partition(".")[0]
     return ORDER.index(part) if part in ORDER else len(ORDER)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
-from hydroservo.runs.stepping import SteppedRuns
+from hydroservo.runs.commanded import SteppedRuns
 from hydroservo.testing.case import bits
 
 CASES = {

@@ -70,8 +70,8 @@ class SteppedRuns:
     def __init__(
         self, loop: Loop, parameters: Mapping[str, ArrayLike], count: int, *, threads: int | None = None
     ) -> None:
+        from hydroservo.engine.commanded import CompiledSteps, Steps
         from hydroservo.engine.kernel import Recording, RunSpec
-        from hydroservo.engine.stepping import CompiledSteps, Steps
 
         refuse_fmus(loop, "step it from outside")
         self.given, whole = wired(checked(loop)), runnable_loop(loop)
