@@ -205,15 +205,15 @@ EXPORTING = """
 import os, signal, sys
 from hydroservo.export import compilers
 from hydroservo.cli import main
-compiled, number = compilers.compiled, int(sys.argv.pop(1))
+compile_file, number = compilers.compile_file, int(sys.argv.pop(1))
 def compiling(folder, *args, **options):
     assert list(folder.iterdir())
     signal.raise_signal(number)
-    return compiled(folder, *args, **options)
+    return compile_file(folder, *args, **options)
 for module in list(sys.modules.values()):
-    if getattr(module, "compiled", None) is compiled:
-        module.compiled = compiling
-compilers.compiled = compiling
+    if getattr(module, "compile_file", None) is compile_file:
+        module.compile_file = compiling
+compilers.compile_file = compiling
 main()
 """
 
