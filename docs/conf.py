@@ -42,7 +42,7 @@ nitpick_ignore_regex = [
     ),
     (
         "py:.*",
-        r"hydroservo\.(core\.(roles\.(saying\.)?BlockClass|formatting\.Scale)|linear\.(system\.System|operating_point\.OperatingPoint)|identification\.(segments\.Understood|result\.Fitted)|show\.journal\.Size|studies\.standing\.(OF_LIMITS|CellLimit)|scenario\.(ranges\.Relative|sampling\.Variation)|runs\.(step_sizes\.(Signals|Recorded)|trace\.Trace))",
+        r"hydroservo\.(core\.(roles\.(saying\.)?BlockClass|formatting\.Scale)|linear\.(system\.System|operating_point\.OperatingPoint)|identification\.(segments\.UnderstoodLog|result\.FittedProblem)|show\.journal\.FigureWidth|studies\.law_standing\.(OF_LIMITS|CellLimit)|scenario\.(ranges\.Relative|parameter_draws\.Variation)|runs\.(step_sizes\.(RecordedSignals|RecordedRun)|trace\.Trace))",
     ),  # of signatures alone
 ]
 

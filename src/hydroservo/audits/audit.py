@@ -141,7 +141,7 @@ def audit(loop: Loop, *, time: float | None = None) -> Audit:
     and more. Each has a margin, the factor by which it holds. Disturbances, their rates and the command are
     the largest of one run of the loop; all else is of its numbers. An oscillation that the run keeps to its
     end is measured on it, and what it dies out without is sought by
-    :func:`~hydroservo.audits.oscillation`. Chatter is foretold by
+    :func:`~hydroservo.audits.sustained_oscillation`. Chatter is foretold by
     :func:`~hydroservo.audits.chatter`, from no run.
 
     Args:
