@@ -99,6 +99,17 @@ def test_margins_before_and_after_are_those_of_bode(found: Any) -> None:
         assert cells["sensitivity peak"].value == pytest.approx(20.0 * np.log10(standing.sensitivity_peak))
 
 
+def test_an_oscillation_that_no_run_can_tell_is_no_calm(found: Any) -> None:
+    (change,) = found.margins
+    untold = change._replace(after=change.after._replace(oscillation_command=math.nan))
+    said = [f"{line.lead}{line.rest}" for line in tuned_finding(found._replace(margins=(untold,))).lead]
+    assert (
+        f"The run is too short to tell whether {AXIS} oscillates with these values: give it a longer run."
+        in said
+    )
+    assert not any("too short" in f"{line.lead}{line.rest}" for line in tuned_finding(found).lead)
+
+
 def test_the_front_holds_the_best_and_falls(found: Any) -> None:
     errors, activities = ([getattr(one, name) for one in found.front] for name in ("error", "activity"))
     assert errors == sorted(errors, reverse=True)

@@ -212,8 +212,13 @@ def tuned_verdicts(tuned: "Tuned") -> list[Line]:
         lines.append(Line("Unstable for small motions", f": {'; '.join(tuned.unstable)}.", Mark.BAD))
     if not tuned.own.within:
         lines.append(Line("What the scenario has is beyond the bounds."))
-    swings = {one.name: one.before.oscillation_command for one in tuned.margins}
-    return lines + [before_line(name, swing) for name, swing in swings.items() if swing > 0.0]
+    for change in tuned.margins:
+        if math.isnan(change.after.oscillation_command):
+            text = f" whether {change.name} oscillates with these values: give it a longer run."
+            lines.append(Line("The run is too short to tell", text, Mark.DOUBTFUL))
+        if change.before.oscillation_command > 0.0:
+            lines.append(before_line(change.name, change.before.oscillation_command))
+    return lines
 
 
 def before_line(name: str, swing: float) -> Line:

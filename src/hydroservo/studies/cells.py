@@ -237,12 +237,8 @@ def limit_row(loop: Loop, command: CommandLimits) -> "pa.Table":
     import pyarrow as pa
 
     found = machine_limits(loop, command)
-    errors = {name: [round_to(getattr(found, name))] for name in ("clairvoyant", "causal")}
+    errors = {name: [float(f"{getattr(found, name):.{DIGITS}g}")] for name in ("clairvoyant", "causal")}
     return pa.table({**errors, "converged": [found.converged]})
-
-
-def round_to(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
 
 
 def table_of_limits(found: Sequence[LimitedCondition], store: "UnitStore") -> "pd.DataFrame":

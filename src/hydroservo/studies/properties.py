@@ -88,16 +88,9 @@ def margins_at_busiest(loop: Loop) -> Margins:
 def least_margins(found: Sequence[Margins]) -> LawMargins:
     """The least of each margin."""
     stable = bool(found) and all(one.stable for one in found)
-    values = [
-        round_margin(worst(getattr(one, name) for one in found)) if stable else math.nan
-        for name, worst in WORST.items()
-    ]
-    margins = dict(zip(WORST, values, strict=True))
+    worst = {name: worse(getattr(one, name) for one in found) for name, worse in WORST.items() if stable}
+    margins = {name: float(f"{worst.get(name, math.nan):.{DIGITS}g}") for name in WORST}
     return LawMargins(len(found), len(found), stable, **margins, nonlinear="")
-
-
-def round_margin(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
 
 
 class OnTarget(NamedTuple):

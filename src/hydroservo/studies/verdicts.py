@@ -5,14 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.core.errors import HydroservoError
-from hydroservo.studies.cell_verdict import (
-    CLASSES,
-    Area,
-    CellVerdict,
-    Comparison,
-    cell_verdict,
-    law_areas,
-)
+from hydroservo.studies.cell_verdict import CLASSES, Area, CellVerdict, Comparison, cell_verdict, law_areas
 from hydroservo.studies.factors import FACTORS, FactorEffect, cell_means, factor_effects
 from hydroservo.studies.fronts import (
     LawFront,

@@ -7,10 +7,7 @@ from typing import Any, get_type_hints
 from hydroservo.core.block import Block, is_block, leaves, value_at
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import declared_fields
-from hydroservo.core.roles import (
-    Controller,
-    Monitor,
-)
+from hydroservo.core.roles import Controller, Monitor
 from hydroservo.core.validation import TEXT, checked
 from hydroservo.runs.fitting import STATES
 from hydroservo.scenario.role_checks import ROLES, a_role, check_declared_roles, class_line, role_problem

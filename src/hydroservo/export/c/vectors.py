@@ -12,13 +12,7 @@ from hydroservo.control.loop import Loop, LoopState
 from hydroservo.core.block import Block, leaves
 from hydroservo.core.errors import LoopError
 from hydroservo.core.signals import Demand, Measurement
-from hydroservo.export.parts import (
-    Command,
-    ExternalForce,
-    Instant,
-    block_of,
-    with_its_substeps,
-)
+from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, with_its_substeps
 from hydroservo.export.unit import CModule, Part
 from hydroservo.language.names import place_in_c
 from hydroservo.runs.fitting import compilation, first_state
