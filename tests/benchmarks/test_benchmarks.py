@@ -14,6 +14,7 @@ from benchmarks.__main__ import keep
 from benchmarks.machine import described
 from benchmarks.machines import INTEGRATORS, loops
 from benchmarks.peer import TOLERANCE, difference
+from benchmarks.profile import PARTS, in_process
 from benchmarks.results import load, save
 from benchmarks.table import chapters, details, filled, job_table, machines_table, summary
 
@@ -103,6 +104,11 @@ def test_the_machines_grow() -> None:
     states = [len(list(leaves(loop.machine(loop.init())))) for loop in map(checked, loops().values())]
     assert states == sorted(states)
     assert states[0] < states[-1]
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_each_part_can_be_left_out(part: str) -> None:
+    assert in_process(part)["single"] > 0.0
 
 
 def test_the_page_shows_the_results() -> None:
