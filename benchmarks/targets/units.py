@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydroservo import Loop
-from hydroservo.export.c.vectors import make_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import CModule, Part, Precision
+from hydroservo.export.vectors import make_vectors
 from tools.targets.sources import Rows
 
 __all__ = ["units"]

@@ -79,6 +79,15 @@ def function_in_c(file: str, name: str) -> Markdown:
     return Markdown(f"```c\n{found[0]}\n```")  # type: ignore[no-untyped-call]
 
 
+def function_in_st(file: str, name: str) -> Markdown:
+    """A function or a function block of written Structured Text."""
+    text = Path(file).read_text(encoding="utf-8")
+    found = re.search(rf"^(FUNCTION(?:_BLOCK)?) {name}\b.*?^END_\1$", text, re.MULTILINE | re.DOTALL)
+    if found is None:
+        raise LookupError(f"no function {name} in {file}")
+    return Markdown(f"```\n{found[0]}\n```")  # type: ignore[no-untyped-call]
+
+
 def records_in_c(file: str, *names: str) -> Markdown:
     """Records of a written header."""
     text = Path(file).read_text(encoding="utf-8")

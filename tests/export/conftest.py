@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from hydroservo.control.loop import Loop
-from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.unit import CModule, Precision
+from hydroservo.export.vectors import Vectors
 from tests.support.export.fmus import Instance, mass, unpacked
 from tests.support.export.projects import scenario, unit
 from tests.support.export.toy import toy

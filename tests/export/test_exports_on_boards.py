@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hydroservo.export.c.project import write_c_project
-from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.unit import CModule, Part, Precision
+from hydroservo.export.vectors import Vectors
 from tests.support.export.cases import SINGLE, Case, each_board, each_case, named, unit_of, vectors_of
 from tests.support.needs import needs
 from tools.targets.boards import COMPILER, Board, compiled, image, ran

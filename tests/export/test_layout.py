@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from hydroservo.export.c.layout import INDENT, lay_out
+from hydroservo.export.layout import INDENT, lay_out
 from hydroservo.export.texts import WIDTH
 from tests.support.export.cases import Case, each_case, unit_of
 

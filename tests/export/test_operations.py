@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo.export.c.vectors import make_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Operations, Part
+from hydroservo.export.vectors import make_vectors
 from tests.support.export.counting import COMPILER, operations_done
 from tests.support.export.small_laws import NAMED, law
 from tests.support.needs import needs

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from hydroservo.export.c.project import write_c_project
-from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.compilers import Platform, this_platform
 from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.fmu.contents import Files, fmu_files
 from hydroservo.export.fmu.variables import VariableKind, variables_of
 from hydroservo.export.fmu.write import library_place
 from hydroservo.export.unit import Part
+from hydroservo.export.vectors import Vectors
 from tests.support.export import DRIVERS
 from tests.support.export.agreement import same_bits
 from tests.support.export.cases import Case, rows_of, unit_of, vectors_of

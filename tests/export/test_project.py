@@ -11,9 +11,9 @@ import pytest
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import HydroservoError
 from hydroservo.export.c.project import c_project, memory_size, proof_of, write_c_project
-from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.texts import WIDTH
 from hydroservo.export.unit import CModule, Part, Precision, Signal
+from hydroservo.export.vectors import Vectors
 from tests.support.export.projects import TITLE, check, make, unit
 from tests.support.needs import needs
 from tools.targets.boards import BOARDS, COMPILER, Board

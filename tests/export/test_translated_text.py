@@ -11,9 +11,9 @@ import pytest
 from hydroservo import Loop
 from hydroservo.core.errors import HydroservoError
 from hydroservo.export.c.project import write_c_project
-from hydroservo.export.c.vectors import make_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
+from hydroservo.export.vectors import make_vectors
 from hydroservo.language.names import identifier
 from hydroservo.language.scope import TranslationError
 from hydroservo.scenario import load_plugin

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hydroservo.control.loop import Loop
-from hydroservo.export.c.vectors import HUGE, Vectors
 from hydroservo.export.unit import CModule, Part
+from hydroservo.export.vectors import HUGE, Vectors
 from hydroservo.runs.run import simulate
 from tests.support.export.projects import scenario, unit
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 export_app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="markdown",
-    help="Write a scenario's controller, machine, equations, demand or whole loop as C99 or as FMUs.",
+    help="Write a scenario's controller, machine, equations, demand or loop as C99, Structured Text or FMUs.",
 )
 
 
@@ -50,6 +50,7 @@ def out_option(parser: Callable[[str], Path], metavar: str, what: str) -> Any:
 
 
 OutFolder = Annotated[Path, out_option(folder_at, "DIR", "the C to this folder")]
+OutST = Annotated[Path, out_option(folder_at, "DIR", "the Structured Text to this folder")]
 OutFile = Annotated[Path, out_option(file_at, "FILE.fmu", "the FMU to this file")]
 OutSystem = Annotated[Path, out_option(file_at, "FILE.ssp", "the system to this file")]
 Version = Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")]
@@ -114,6 +115,51 @@ def export_c_command(
     typer.echo(proof_line(proof))
     typer.echo(f"written to {out}: {', '.join(file.name for file in files)}")
     typer.echo(f"next: make -C {shlex.quote(str(out))} check")
+
+
+@export_app.command("st")
+def export_st_command(
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    out: OutST,
+    part: PartOption = Part.CONTROLLER,
+    prefix: Prefix = None,
+    precision: Annotated[
+        Precision, typer.Option("--precision", help="LREAL, or REAL with single; for controllers only.")
+    ] = Precision.DOUBLE,
+    inline: Annotated[
+        bool, typer.Option("--inline", help="Make the parameters constants of the block, not an input.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Write a controller or a demand as a function block in Structured Text (IEC 61131-3) for a PLC.
+
+    The folder has it as text, as PLCopen XML and as TwinCAT's files, with a block that replays samples of the
+    simulation on the PLC, and a README. The same functions in C are held against Python before anything is
+    written; no PLC compiler runs here.
+
+    Examples:
+
+    - `hydroservo export st axis/position --out plc`
+    - `hydroservo export st axis/position --unit demand --out profile`
+    - `hydroservo export st rig/encoder-pi-sine --out plc --prefix rig --precision single --inline`
+    """
+    from hydroservo.export.products import export_st, proof_line
+    from hydroservo.show.files import as_json
+
+    options = {"part": part, "prefix": prefix, "precision": precision, "inlined": inline}
+    unit, proof, files = export_loop(export_st, scenario, changes, plugins, out, **options)
+    if json:
+        about = {**export_identity(scenario, unit), "proof": proof._asdict()}
+        typer.echo(as_json({**about, "files": list(map(str, files))}))
+        return
+    real = "REAL" if precision is Precision.SINGLE else "LREAL"
+    typer.echo(f"{unit.title}: function block fb_{unit.prefix}, {real}, for a task of {unit.period:g} s")
+    typer.echo(f"the same functions in C {proof_line(proof)}")
+    top = [file.name for file in files if file.parent == out]
+    typer.echo(f"written to {out}: {', '.join(top)}; {len(files) - len(top)} files in {out / 'twincat'}")
+    typer.echo(f"next: import {unit.prefix}.xml, or the files of twincat, into your PLC project")
 
 
 @export_app.command("fmu")

@@ -1,7 +1,7 @@
 """A part of a scenario's loop, translated."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -11,17 +11,15 @@ from hydroservo._version import __version__
 from hydroservo.control.loop import Loop, MachineState
 from hydroservo.core.block import Block, field_at, leaves, state_field_at
 from hydroservo.core.command_scale import is_volts
-from hydroservo.core.errors import LoopError
+from hydroservo.core.errors import LoopError, ParameterError
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.cosimulation import refuse_fmus
-from hydroservo.export.c.constants import fold_constants
-from hydroservo.export.c.counting import operation_count
-from hydroservo.export.c.declared import declarations_by_name
-from hydroservo.export.c.liveness import Liveness
 from hydroservo.export.c.primitives import WRITTEN
-from hydroservo.export.c.source import SourceForm, Translation, source_texts
+from hydroservo.export.c.source import SourceForm, source_texts
 from hydroservo.export.converted import ConvertedController, ConvertedHold, ConvertedState
+from hydroservo.export.counting import operation_count
+from hydroservo.export.declared import declarations_by_name
 from hydroservo.export.parts import (
     Command,
     ConvertedEquationsUnit,
@@ -31,11 +29,16 @@ from hydroservo.export.parts import (
     block_of,
     with_its_substeps,
 )
+from hydroservo.export.st.primitives import WRITTEN as ST_WRITTEN
+from hydroservo.export.st.source import STModule, st_module
 from hydroservo.export.texts import checked_prefix, plain_title
+from hydroservo.export.translation import Translation
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, CModule, Part, Precision, Signal
+from hydroservo.language.constants import fold_constants
+from hydroservo.language.liveness import Liveness
 from hydroservo.language.names import place_in_c
 from hydroservo.language.program import Program, check_law
-from hydroservo.language.terms import REAL, Record
+from hydroservo.language.terms import REAL, Function, Record, Translator, Type
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.fitting import first_state
 from hydroservo.runs.provenance import canonical_toml, scenario_hash
@@ -65,8 +68,12 @@ CONVERTED: Mapping[type | None, tuple[str, ...]] = {  # which numbers are in the
     **dict.fromkeys((ConvertedController, ConvertedHold, ConvertedEquationsUnit), (PER_VOLT,)),
 }
 STILL = 1e-6  # of a usual size: what a state has below it is rounding
+IN_ST = (Part.CONTROLLER, Part.DEMAND)
 STEPPED = (Part.MACHINE, Part.LOOP)  # by an integrator of its own
 MACHINE = ("plant.", "valve.", "supply.", "drive.")  # records of a machine's state
+
+
+Written = Mapping[Any, Callable[[Translator, Sequence[Type]], Function]]  # as of Program
 
 
 class StateSize(NamedTuple):
@@ -100,8 +107,75 @@ def exported_unit(
         ParameterError: a parameter is out of range, or the prefix cannot be one.
         LoopError: single precision where it cannot be, or an expression that nests too deep.
     """
+    return c_module(ready_unit(loop, part, prefix, title, precision, inlined, WRITTEN))
+
+
+def exported_block(
+    loop: Loop, part: Part, *, prefix: str, title: str, precision: Precision, inlined: bool
+) -> tuple[CModule, STModule]:
+    """A controller or a demand of a loop as Structured Text, and in C as of :func:`exported_unit`.
+
+    Raises:
+        TranslationError, ParameterError, LoopError: as there; also for any other part.
+    """
+    if part not in IN_ST:
+        allowed = " or ".join(IN_ST)
+        raise ParameterError(
+            "part", part.value, f"must be {allowed}: Structured Text is not written of others"
+        )
+    ready = ready_unit(loop, part, prefix, title, precision, inlined, ST_WRITTEN)
+    unit = c_module(ready)
+    return unit, st_module(ready.translation, ready.needed, unit, ready.about(ABOUT_ST))
+
+
+class ReadyUnit(NamedTuple):
+    """A translated unit, before it is written in a language.
+
+    Attributes:
+        loop: the complete loop.
+        runnable: what of it runs.
+        translation: the functions and records.
+        needed: what of them is needed.
+        read: the same, before constants were folded.
+        later: what ``step`` alone needs.
+        part: of the loop.
+        prefix: of names.
+        title: for people.
+        real: "double" or "float".
+        inlined: the parameters are constants of the source.
+    """
+
+    loop: Loop
+    runnable: Loop
+    translation: Translation
+    needed: Liveness
+    read: Liveness
+    later: Liveness
+    part: Part
+    prefix: str
+    title: str
+    real: str
+    inlined: bool
+
+    def about(self, text: str) -> str:
+        """The comment at the head of a file."""
+        command = self.loop.command
+        sampled = f", for a sample period of {self.runnable.simulation.period!r} s"
+        told = self.part in (Part.LOOP, Part.DEMAND) or is_volts(command)
+        return text.format(
+            title=self.title,
+            hash=scenario_hash(self.loop),
+            version=__version__,
+            sampled="" if self.part is Part.EQUATIONS else sampled,
+            commands="" if told else COMMANDS.format(unit=command.unit, per_volt=float(command.per_volt)),
+        )
+
+
+def ready_unit(
+    loop: Loop, part: Part, prefix: str, title: str, precision: Precision, inlined: bool, written: Written
+) -> ReadyUnit:
+    """A part of a loop, translated; as of :func:`exported_unit`."""
     checked_prefix(prefix)
-    title = plain_title(title)
     single = precision is Precision.SINGLE
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"{part}: exported in double precision only; time and states need the digits")
@@ -109,36 +183,37 @@ def exported_unit(
         refuse_fmus(loop, f"write its {part} as C")
     loop = complete_loop(loop)
     ready_loop = with_its_substeps(runnable_loop(loop)) if part in STEPPED else runnable_loop(loop)
-    translation = translate_unit(ready_loop, part, prefix)
+    translation = translate_unit(ready_loop, part, prefix, written)
     first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures
     read, later = needed_by(translation, init=True), needed_by(translation, init=False)
     parameters = [translation.block] if inlined else []  # which may change between samples where they are not
     fold_constants({translation.init: parameters, translation.step: parameters})
     needed = needed_by(translation, init=True)
-    digest, period = scenario_hash(loop), ready_loop.simulation.period
-    sampled = "" if part is Part.EQUATIONS else f", for a sample period of {period!r} s"
-    commands = "" if part in (Part.LOOP, Part.DEMAND) or is_volts(loop.command) else COMMANDS
-    commands = commands.format(unit=loop.command.unit, per_volt=float(loop.command.per_volt))
-    about = ABOUT.format(title=title, hash=digest, version=__version__, sampled=sampled, commands=commands)
     real = "float" if single else "double"
-    header, source = source_texts(
-        translation, needed, SourceForm(prefix, real, inlined, about, digest, __version__)
-    )
+    title = plain_title(title)
+    return ReadyUnit(loop, ready_loop, translation, needed, read, later, part, prefix, title, real, inlined)
+
+
+def c_module(ready: ReadyUnit) -> CModule:
+    """A translated unit in C."""
+    translation, needed, part, digest = ready.translation, ready.needed, ready.part, scenario_hash(ready.loop)
+    form = SourceForm(ready.prefix, ready.real, ready.inlined, ready.about(ABOUT), digest, __version__)
+    header, source = source_texts(translation, needed, form)
     start = translation.start
-    integrated = exported_sizes(ready_loop, start.start) if part is Part.EQUATIONS else {}
+    integrated = exported_sizes(ready.runnable, start.start) if part is Part.EQUATIONS else {}
     return CModule(
         part=part,
-        prefix=prefix,
-        title=title,
-        scenario=canonical_toml(loop),
+        prefix=ready.prefix,
+        title=ready.title,
+        scenario=canonical_toml(ready.loop),
         hash=digest,
         version=__version__,
-        period=period,
-        real=real,
-        inlined=inlined,
+        period=ready.runnable.simulation.period,
+        real=ready.real,
+        inlined=ready.inlined,
         header=header,
         source=source,
-        parameters=tuple(parameter_signals(translation, read, later)),
+        parameters=tuple(parameter_signals(translation, ready.read, ready.later)),
         arguments=tuple(
             Argument(name, tuple(argument_signals(name, record, needed, integrated, translation.signal)))
             for name, record in translation.arguments
@@ -157,14 +232,22 @@ What is computed here is, operation by operation, what the simulation computes: 
 contraction of a*b + c, which is switched off below, and no -ffast-math, results agree to the last bit.
 SPDX-License-Identifier: BSD-3-Clause"""
 
+ABOUT_ST = """\
+{title}
+
+Written by hydroservo {version} from the scenario with hash {hash}{sampled}.{commands}
+What is computed here is, operation by operation, what the simulation computes: with IEEE 754 numbers, results
+agree to the last bit. Numbers are in SI units.
+SPDX-License-Identifier: BSD-3-Clause"""
+
 COMMANDS = """
 The command comes and goes in {unit}, {per_volt:g} {unit} a volt; what is inside counts in volts."""
 
 
-def translate_unit(loop: Loop, part: Part, prefix: str) -> Translation:
+def translate_unit(loop: Loop, part: Part, prefix: str, written: Written) -> Translation:
     """A unit's functions and records."""
     try:
-        program = Program(WRITTEN, prefix)
+        program = Program(written, prefix)
         found = translation_of(program, block_of(loop, part), part, loop.controls.declared())
     except RecursionError:
         raise LoopError(

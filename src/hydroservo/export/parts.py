@@ -1,6 +1,7 @@
 """What can be exported, each as a block: a controller, a machine, its equations, a demand, the whole loop."""
 
 import math
+from types import FunctionType
 from typing import Annotated, Any, NamedTuple
 
 from hydroservo.control.loop import AUTO, External, Loop, MachineState
@@ -11,8 +12,10 @@ from hydroservo.core.command_scale import is_volts
 from hydroservo.core.roles import Controller, Reference
 from hydroservo.core.signals import Demand, MachineOutputs, Measurement
 from hydroservo.core.sources import CHOSEN
+from hydroservo.engine import state_text
 from hydroservo.export.converted import PER_VOLT, ConvertedController, ConvertedHold
 from hydroservo.export.unit import Part
+from hydroservo.language.terms import Record
 from hydroservo.machine.integrators.jumps import BEFORE
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
@@ -49,6 +52,12 @@ class ControllerUnit(NamedTuple):
 def infinite(state: Block) -> bool:
     """True if any number of a state is infinite; nan may mean there that nothing is known yet."""
     return any(abs(value) == math.inf for value in values(state))
+
+
+def infinite_text(shape: Record, test: str = "absolute({}) == inf", **names: Any) -> FunctionType:
+    """``infinite`` for states of one type, by a test of each number."""
+    tests = " or ".join(test.format(f"state.{place}") for place in state_text.places(shape))
+    return state_text.defined(infinite, "state", tests, {"absolute": ops.absolute, "inf": math.inf, **names})
 
 
 class Command(NamedTuple):

@@ -10,11 +10,17 @@ from hydroservo.core.errors import ParameterError
 from hydroservo.core.nearest import one_of
 from hydroservo.core.outputs import check_outputs, written_or_kept
 from hydroservo.export.c.project import Proof, check_project, proven_vectors, write_c_project
-from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.fmu import PARTS, check_clock, check_tools, checked_ending, write_fmu, write_ssp
-from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.of_loop import exported_block, exported_unit
+from hydroservo.export.st.project import (
+    check_st_project,
+    checked_st_prefix,
+    default_st_prefix,
+    write_st_project,
+)
 from hydroservo.export.texts import default_prefix
 from hydroservo.export.unit import CModule, FmiVersion, Part, Precision
+from hydroservo.export.vectors import Vectors
 from hydroservo.runs.arguments import as_list, checked_loop, checked_path
 from hydroservo.runs.fitting import name_with_inner
 
@@ -93,6 +99,57 @@ def export_c(
     vectors, proof = prove(loop, unit, 0.2, report)
     report(0.9, "writing files")
     files = written_or_kept(place, lambda to: write_c_project(unit, vectors, to, proof))
+    return Export(unit, proof, tuple(files))
+
+
+def export_st(
+    loop: Loop,
+    folder: Path | str,
+    *,
+    part: str = Part.CONTROLLER,
+    prefix: str | None = None,
+    name: str = "",
+    precision: str = Precision.DOUBLE,
+    inlined: bool = False,
+    progress: Progress | None = None,
+) -> Export:
+    """Write a controller or a demand as a function block in Structured Text (IEC 61131-3), with its replay.
+
+    The folder has it as text, as PLCopen XML and as TwinCAT's files. The C of the same functions is held
+    against Python before anything is written, as by :func:`~hydroservo.export_c`; no PLC compiler runs.
+
+    Args:
+        loop: the loop.
+        folder: missing ones are made.
+        part: "controller", with its observer and wrappers, or "demand".
+        prefix: of all names, and the function block's own; from the name if None.
+        name: as of :func:`~hydroservo.export_c`.
+        precision: "double" (LREAL), or "single" (REAL) for a controller.
+        inlined: the parameters are constants of the block; they are an input otherwise.
+        progress: called now and then.
+
+    Returns:
+        The same unit in C, what was shown of it, and the paths written.
+
+    Raises:
+        TranslationError, ParameterError, LoopError, HydroservoError: as of :func:`~hydroservo.export_c`; also
+            where a function has no Structured Text.
+
+    Source: IEC 61131-3, PLCopen TC6 XML 2.01.
+    Fails to give the same bits on a controller that contracts a*b + c or has other numbers than those of
+    IEEE 754, and to go on where a controller stops at a division by zero.
+    """
+    place, report = checked_path("folder", folder), progress or report_nothing
+    loop = checked_loop(loop)
+    wanted, digits = choose(Part, "part", part), choose(Precision, "precision", precision)
+    check_st_project(place)
+    report(0.0, "translating")
+    title, own = title_and_prefix(loop, wanted, name)
+    own = default_st_prefix(own) if prefix is None else checked_st_prefix(prefix)
+    unit, module = exported_block(loop, wanted, prefix=own, title=title, precision=digits, inlined=inlined)
+    vectors, proof = prove(loop, unit, 0.2, report)
+    report(0.9, "writing files")
+    files = written_or_kept(place, lambda to: write_st_project(unit, module, vectors, to, proof))
     return Export(unit, proof, tuple(files))
 
 
@@ -213,18 +270,24 @@ def translate_part(
     inlined: bool = False,
 ) -> CModule:
     """A part of a loop in C, with a title such as "TSMC of scenario paper/sine-tsmc"."""
+    title, own = title_and_prefix(loop, part, name)
+    return exported_unit(
+        loop,
+        part,
+        prefix=own if prefix is None else prefix,
+        title=title,
+        precision=precision,
+        inlined=inlined,
+    )
+
+
+def title_and_prefix(loop: Loop, part: Part, name: str) -> tuple[str, str]:
+    """What a unit is called, and the prefix of its names where none is wished for."""
     if not isinstance(name, str):
         raise ParameterError("name", name, "must be a string: the name of a scenario")
     law = name_with_inner(loop.controller, "controller")
     what = law if part is Part.CONTROLLER else part.value.capitalize()
-    return exported_unit(
-        loop,
-        part,
-        prefix=default_prefix(name or law, part) if prefix is None else prefix,
-        title=f"{what} of scenario {name}" if name else what,
-        precision=precision,
-        inlined=inlined,
-    )
+    return f"{what} of scenario {name}" if name else what, default_prefix(name or law, part)
 
 
 def prove(loop: Loop, unit: CModule, done: float, report: Progress) -> tuple[Vectors, Proof]:

@@ -27,28 +27,28 @@ TAKEN = re.compile(
 PLAIN = frozenset(range(32, 127)) - frozenset(b'"\\?')  # of a string in C; ?? may begin a trigraph
 
 
-def comment(text: str) -> str:
+def comment(text: str, begin: str = "/*", end: str = "*/") -> str:
     """A comment of one or more lines, from a text that may be marked up as docstrings are."""
     printable = map(one_line, MARKUP.sub("", text).expandtabs().split("\n"))
-    plain = unended("\n".join(printable)).rstrip()
+    plain = unended("\n".join(printable), begin, end).rstrip()
     lines = plain.split("\n")
     if len(lines) == 1 and len(plain) + 6 <= WIDTH:
-        return f"/* {plain} */\n"
-    return "\n".join(["/*", *(f" * {line}".rstrip() for line in lines), " */", ""])
+        return f"{begin} {plain} {end}\n"
+    return "\n".join([begin, *(f" * {line}".rstrip() for line in lines), f" {end}", ""])
 
 
-def unended(text: str) -> str:
+def unended(text: str, begin: str = "/*", end: str = "*/") -> str:
     """A text that neither begins nor ends a comment, whatever its lines end with.
 
-    A backslash at the end of a line joins it with the next one before comments are looked for; ??/ is one.
+    In C a backslash at the end of a line joins it with the next one before comments are found; ??/ is one.
     """
     whole = re.sub(r"\\[ \t\\]*$", "", text.replace("??", "? ?"), flags=re.MULTILINE)
-    return whole.replace("*/", "* /").replace("/*", "/ *")
+    return whole.replace(end, " ".join(end)).replace(begin, " ".join(begin))
 
 
-def in_comment(text: str) -> str:
+def in_comment(text: str, begin: str = "/*", end: str = "*/") -> str:
     """A text of one line for the inside of a comment."""
-    return unended(one_line(" ".join(text.split()))).strip()
+    return unended(one_line(" ".join(text.split())), begin, end).strip()
 
 
 def default_prefix(scenario: str, part: Part) -> str:

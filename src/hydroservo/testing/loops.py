@@ -14,9 +14,9 @@ from hydroservo.core.group import group
 from hydroservo.core.hooks import at_rest, has_chambers, is_valveless, takes_load_pressure
 from hydroservo.core.roles import Controller, Hold, Monitor
 from hydroservo.export.c.project import proof_of
-from hydroservo.export.c.vectors import make_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import CModule, Part
+from hydroservo.export.vectors import make_vectors
 from hydroservo.machine.drives import PumpDrive
 from hydroservo.machine.plants import Cylinder
 from hydroservo.machine.sensors.missing import missing_signals

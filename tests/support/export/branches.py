@@ -11,10 +11,10 @@ import numpy as np
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import Block, leaves, replace
 from hydroservo.core.errors import LoopError
-from hydroservo.export.c.vectors import HUGE, Records, Vectors, make_vectors, replay_states, rows_at
 from hydroservo.export.of_loop import TAKES
 from hydroservo.export.parts import block_of, with_its_substeps
 from hydroservo.export.unit import CModule, Part
+from hydroservo.export.vectors import HUGE, Records, Vectors, make_vectors, replay_states, rows_at
 from hydroservo.language.names import place_in_c
 from hydroservo.runs.run import runnable_loop
 from tests.support.needs import needs
@@ -23,7 +23,7 @@ from tools.targets.host import Program, program
 from tools.targets.sources import Rows
 
 COUNTED = ("-O0", "--coverage")  # without optimization a branch of the text is one of the program
-NO_METHODS = ("ops_", "infinite")  # what functions begin with that are no methods of blocks
+NO_METHODS = ("ops_", "parts_infinite")  # what functions begin with that are no methods of blocks
 BEYOND = (math.nan, math.inf, -math.inf, 1e308, 0.0)  # values of one number for one sample
 FACTORS = (-1.0, 1e-9, 10.0, -10.0, 1e3, -1e3, 1e9)  # on a number's largest value, for a stretch
 DRAWN = 30  # stretches of random numbers

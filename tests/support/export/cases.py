@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from hydroservo.export.c.vectors import Vectors, make_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import CModule, Part, Precision
+from hydroservo.export.vectors import Vectors, make_vectors
 from hydroservo.scenario import load_scenario
 from tools.targets.boards import BOARDS
 from tools.targets.sources import Rows, width

@@ -1,6 +1,7 @@
 """Many random laws, each in Python, in C, and in machine code alone or in vector lanes.
 
-``python -m tests.support.export.law_campaign COUNT [FIRST]`` tries so many, from that seed on, and counts.
+``python -m tests.support.export.law_campaign COUNT [FIRST [st]]`` tries so many from a seed on, and counts;
+with ``st`` in Structured Text too, which takes a second each.
 """
 
 import math
@@ -20,6 +21,7 @@ from zlib import crc32
 
 import numpy as np
 
+from hydroservo.control.loop import Loop
 from hydroservo.core.block import Block, values
 from hydroservo.core.errors import LoopError
 from hydroservo.engine import flat
@@ -28,14 +30,15 @@ from hydroservo.engine.lanes import LANES, aligned_rows, lane_index
 from hydroservo.engine.llvm.entries import DOUBLES, INTEGERS, kernel_text
 from hydroservo.engine.machine_code import object_code
 from hydroservo.engine.native import CompileError, Native
-from hydroservo.export.c.vectors import rows_at
-from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.of_loop import exported_block, exported_unit
 from hydroservo.export.parts import block_of
-from hydroservo.export.unit import CModule, Part
+from hydroservo.export.unit import CModule, Part, Precision
+from hydroservo.export.vectors import rows_at
 from hydroservo.language.scope import TranslationError
 from hydroservo.runs.run import runnable_loop
 from tests.support.export.fuzzed_laws import fuzzed_law
 from tests.support.export.small_laws import R, Y, loop_of
+from tests.support.export.structured_text import evaluated
 from tools.targets.compilers import FLAGS, ToolError, output, warnings
 from tools.targets.sources import write_unit
 
@@ -63,6 +66,7 @@ STOPS = (
 PERIOD = 1e-3  # s
 BEYOND = re.compile("out of the array's|may outgrow 0 to")
 AT_ONCE = 50  # laws in one program
+RANDOM_ST = "random numbers have no Structured Text"
 LIMITS = "-Wno-type-limits"  # a random comparison may well be always false
 SANITIZED = ("-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
 BUILDS = (SANITIZED, *[("-O1",)] * 3, ("-O2",))  # in turn
@@ -96,7 +100,7 @@ def limited() -> Iterator[None]:
         signal.signal(signal.SIGVTALRM, before)
 
 
-def tried(name: str, text: str, folder: Path, inlined: bool = False) -> Tried | str:
+def tried(name: str, text: str, folder: Path, inlined: bool = False, st: bool = False) -> Tried | str:
     """A law with what Python makes of it; or the word for why it is not asked about."""
     own = folder / name
     own.mkdir()
@@ -119,7 +123,27 @@ def tried(name: str, text: str, folder: Path, inlined: bool = False) -> Tried | 
         return f"fails: {problem}" if problem else "stopped"
     rows = rows_at(states, [signal.place for signal in unit.states])
     expected = [" ".join(map(bits, row)) for row in rows.tolist()]
-    return Tried(name, unit, expected)
+    problem = text_problem(loop, name, expected, inlined) if st else ""
+    return f"fails: {problem}" if problem else Tried(name, unit, expected)
+
+
+def text_problem(loop: Loop, name: str, expected: list[str], inlined: bool) -> str:
+    """What Structured Text gives otherwise than Python; empty for nothing."""
+    form = {"title": "a law", "precision": Precision.DOUBLE, "inlined": inlined}
+    try:
+        unit, module = exported_block(loop, Part.CONTROLLER, prefix=name, **form)  # type: ignore[arg-type]
+        places = [(argument.name, one.path) for argument in unit.arguments for one in argument.signals]
+        inputs = [
+            [getattr({"measurement": y, "demand": r}[of], path.partition(".")[2]) for of, path in places]
+            for y, r in ROWS[: len(expected)]
+        ]
+        found = [" ".join(map(bits, row)) for row in evaluated(module, inputs)]
+    except TranslationError as error:
+        return "" if str(error) == RANDOM_ST else f"refused as Structured Text alone: {error}"
+    except Exception:  # whatever it stumbles over
+        return f"in Structured Text: {traceback.format_exc()}"
+    pairs = zip(found, expected, strict=True)
+    return next((f"in Structured Text {a} is not {b}" for a, b in pairs if a != b), "")
 
 
 def refused(said: str, folder: Path, law: Block) -> str:
@@ -284,14 +308,16 @@ def wrong(laws: list[Tried], folder: Path, flags: tuple[str, ...]) -> list[str]:
     return sorted({f"{b.split()[0]}: {a} is not {b}" for a, b in pairs if a != b})
 
 
-def campaign(first: int, count: int, folder: Path, flags: tuple[str, ...]) -> tuple[Counter[str], list[str]]:
+def campaign(
+    first: int, count: int, folder: Path, flags: tuple[str, ...], st: bool = False
+) -> tuple[Counter[str], list[str]]:
     """How many laws agreed, were refused, stopped in Python or were wrong; and those that were."""
     counts: Counter[str] = Counter()
     found: list[str] = []
     asked: list[Tried] = []
     for seed in range(first, first + count):
         text = fuzzed_law(Random(seed))
-        one = tried(f"law{seed}", text, folder, inlined=seed % 4 == 0)
+        one = tried(f"law{seed}", text, folder, inlined=seed % 4 == 0, st=st)
         if isinstance(one, str):
             word, _, _ = one.partition(":")
             counts[word] += 1
@@ -313,6 +339,6 @@ if __name__ == "__main__":
     for at in range(start, start + total, 500):
         with tempfile.TemporaryDirectory() as place:
             size = min(500, start + total - at)
-            tally, bad = campaign(at, size, Path(place), BUILDS[at // 500 % len(BUILDS)])
+            tally, bad = campaign(at, size, Path(place), BUILDS[at // 500 % len(BUILDS)], "st" in sys.argv)
         print(at, dict(tally), flush=True)
         print(*bad, sep="\n", flush=True)

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from hydroservo.control.loop import Loop
-from hydroservo.export.c.vectors import Vectors, make_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import CModule, Part
+from hydroservo.export.vectors import Vectors, make_vectors
 from hydroservo.scenario import load_scenario
 from tests.support.needs import needs
 

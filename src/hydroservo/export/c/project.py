@@ -8,10 +8,10 @@ from typing import NamedTuple
 from hydroservo.control.loop import Loop
 from hydroservo.core.errors import HydroservoError, LoopError
 from hydroservo.core.outputs import check_outputs, staged, temporary_folder, write_text
-from hydroservo.export.c.vectors import Vectors, make_vectors
 from hydroservo.export.compilers import CompilerError, compile_file, compiler, run_tool
 from hydroservo.export.texts import render
 from hydroservo.export.unit import CModule, Part, Signal
+from hydroservo.export.vectors import Vectors, make_vectors
 
 TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 OURS = "Written by hydroservo"

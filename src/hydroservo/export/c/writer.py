@@ -7,13 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
-from hydroservo.core.errors import LoopError
 from hydroservo.core.field import Field
-from hydroservo.export.c.declared import declarations_by_name
-from hydroservo.export.c.liveness import Liveness, matters
+from hydroservo.export.declared import declarations_by_name
+from hydroservo.export.single import SINGLE, single_literal
 from hydroservo.export.texts import comment, in_comment
+from hydroservo.language.liveness import Liveness, matters
 from hydroservo.language.names import free_name, identifier
 from hydroservo.language.ranges import LARGEST
 from hydroservo.language.terms import (
@@ -53,22 +51,6 @@ ATOM, UNARY, PRODUCT, SUM, COMPARED, AND, OR, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
 LEVELS = {"*": PRODUCT, "/": PRODUCT, "+": SUM, "-": SUM, "&&": AND, "||": OR}
 PLAIN = {INT: "int64_t", BOOL: "bool"}
 SHORT = 2**31  # whole numbers below need no suffix, and loops up to here a short counter
-
-OPS = "hydroservo.core.ops"
-SINGLE = {
-    (f"{OPS}.basic", "ROUNDER"): 12582912.0,  # 1.5 * 2^23
-    (f"{OPS}.power", "LEAST_NORMAL"): 2.0**-126,
-    (f"{OPS}.power", "SPLITTER"): 4097.0,  # 2^12 + 1
-    (f"{OPS}.power", "BEYOND"): 200.0,
-    (f"{OPS}.power", "STEEPEST"): 1e20,
-    # pi/2 in three parts; the first two have 11 bits and less
-    (f"{OPS}.circular", "HALF_PI_HIGH"): 1.5703125,
-    (f"{OPS}.circular", "HALF_PI_MIDDLE"): 0.0004837512969970703,
-    (f"{OPS}.circular", "HALF_PI_LOW"): 7.54978994586e-08,
-    (f"{OPS}.circular", "LARGEST"): 8192.0,
-    ("hydroservo.control.controllers.adaptive_robust", "LEAST"): 1e-37,
-    ("hydroservo.control.error_dynamics.implicit_reaching", "LEAST"): 1e-37,
-}
 
 
 class FunctionEnds(NamedTuple):
@@ -340,7 +322,7 @@ class CWriter:
             name = "NAN" if math.isnan(value) else "INFINITY"  # which C has as floats
             text = name if self.real == "float" else f"(double){name}"
             return f"-{text}" if math.copysign(1.0, value) < 0.0 else text, UNARY
-        text = repr(float(value)) if self.real == "double" else single_literal(value)
+        text = repr(float(value)) if self.real == "double" else f"{single_literal(value)}f"
         return text, UNARY if text[0] == "-" else ATOM
 
     def constant(self, value: NamedNumber) -> str:
@@ -386,12 +368,3 @@ def whole_literal(value: int) -> str:
     if abs(value) < SHORT:
         return str(int(value))
     return "INT64_MIN" if value < -LARGEST else f"INT64_C({value})"  # C has no literal of -2^63
-
-
-def single_literal(value: float) -> str:
-    """The literal of the nearest number in single precision."""
-    with np.errstate(all="ignore"):
-        near = np.float32(value)
-    if not np.isfinite(near) or (near == 0.0 and value != 0.0):
-        raise LoopError(f"the number {value!r} is out of the range of single precision; export in double")
-    return f"{float(str(near))!r}f"

@@ -8,7 +8,7 @@ from hydroservo.core.ops import basic, binary, random
 from hydroservo.engine import state_text
 from hydroservo.export import parts
 from hydroservo.export.c.primitives import numbers
-from hydroservo.export.c.primitives.states import drawn_in_c, infinite_in_c
+from hydroservo.export.c.primitives.states import drawn_in_c
 from hydroservo.language import functions
 from hydroservo.language.terms import Function, Translator, Type
 
@@ -30,7 +30,7 @@ NUMBERS = {
 MADE = {
     random.drawn: drawn_in_c,
     **state_text.TRANSLATED,
-    parts.infinite: infinite_in_c,
+    parts.infinite: state_text.for_records(parts.infinite_text, 0),
 }
 
 

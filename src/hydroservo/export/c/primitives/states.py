@@ -3,10 +3,9 @@
 from collections.abc import Sequence
 
 from hydroservo.core.ops import random
-from hydroservo.engine.state_text import record_of
 from hydroservo.export.c.writer import CWriter
 from hydroservo.language.scope import TranslationError
-from hydroservo.language.terms import BOOL, REAL, Function, Known, Translator, Type
+from hydroservo.language.terms import REAL, Function, Known, Translator, Type
 
 WHOLE_TEXT = """\
 /* A whole number from 0 to 2^64 as one; 0 for all that is none. */
@@ -50,28 +49,6 @@ def known_of(kind: Type) -> int:
     if not (isinstance(kind, Known) and isinstance(kind.value, int)):
         raise TranslationError("the kind of a random number is part of the code, not a signal")
     return kind.value
-
-
-def infinite_in_c(translator: Translator, arguments: Sequence[Type]) -> Function:
-    """``parts.infinite`` for records of one type."""
-    (state,) = arguments
-    record = record_of(state)
-    parameters: list[tuple[str, Type]] = [("s", record)]
-    name = translator.function_name("infinite")
-
-    def text(writer: CWriter) -> str:
-        size, infinity = ("fabsf", "INFINITY") if writer.real == "float" else ("fabs", "(double)INFINITY")
-        tests = [f"({size}(s->{place}) == {infinity})" for place in writer.leaves(record)]
-        lines = [
-            "/* True if any number is infinite. */",
-            f"static bool {name}({writer.signature(parameters)}) {{",
-            f"    return {' || '.join(tests)};",
-            "}",
-            "",
-        ]
-        return "\n".join(lines)
-
-    return Function(name, parameters, returns=BOOL, written=text, whole=(record,))
 
 
 def drawn_in_c(translator: Translator, arguments: Sequence[Type]) -> Function:

@@ -1,17 +1,45 @@
-"""The layout of C: statements are indented by the braces around them, and parted where they are too long."""
+"""The layout of code: C is indented by its braces, and long statements of any language are parted."""
 
 import re
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, groupby
+from typing import NamedTuple
 
 from hydroservo.export.texts import WIDTH
 
 INDENT = "    "
 KEPT = ("/*", " *", "#")  # what lines of comments and of the preprocessor begin with
-OPERATOR = re.compile(r" (?=([-+*/%<>?:&|^]|[<>=!]=|<<|>>|&&|\|\|) )")  # a pointer's * has no blank behind it
 COMMA = re.compile(r"(?<=,) ")
-VALUE = re.compile(r"(?<= =) ")
-NOTED = re.compile(r"(.*[;,]) (/\* .* \*/)")  # with a comment behind it
+
+
+class Syntax(NamedTuple):
+    """Where statements of a language may be parted.
+
+    Attributes:
+        operator: the blank before an operator.
+        value: the blank behind the sign of an assignment.
+        noted: a line and the comment behind it.
+        begin: of such a comment.
+    """
+
+    operator: re.Pattern[str]
+    value: re.Pattern[str]
+    noted: re.Pattern[str]
+    begin: str
+
+
+C = Syntax(
+    re.compile(r" (?=([-+*/%<>?:&|^]|[<>=!]=|<<|>>|&&|\|\|) )"),  # a pointer's * has no blank behind it
+    re.compile(r"(?<= =) "),
+    re.compile(r"(.*[;,]) (/\* .* \*/)"),
+    " /* ",
+)
+ST = Syntax(
+    re.compile(r" (?=([-+*/<>=]|[<>]=|<>|AND|OR|MOD) )"),
+    re.compile(r"(?<= :=) "),
+    re.compile(r"(.*[;,]) (\(\* .* \*\))"),
+    " (* ",
+)
 
 
 def lay_out(text: str) -> str:
@@ -28,36 +56,40 @@ def lay_out(text: str) -> str:
     return "\n".join(align_comments(lines))
 
 
-def split_statement(text: str, indent: str) -> list[str]:
+def split_statement(text: str, indent: str, syntax: Syntax = C) -> list[str]:
     """A statement, or a part of one, in as many lines as it takes.
 
     It is parted behind its =, before its outer operators or, where it has none, in its last brackets.
     """
-    if len(indent) + len(text) <= WIDTH or NOTED.fullmatch(text):
+    if len(indent) + len(text) <= WIDTH or syntax.noted.fullmatch(text):
         return [(indent + text).rstrip()]
     deeper = indent + INDENT
-    name, *value = outer_parts(text, VALUE)
+    name, *value = outer_parts(text, syntax.value)
     if value and len(deeper) + len(value[0]) <= WIDTH:
         return [indent + name, deeper + value[0]]
-    first, *operands = outer_parts(text, OPERATOR)
+    first, *operands = outer_parts(text, syntax.operator)
     if value and operands and len(indent) + len(first) > WIDTH:
-        first, operands = name, outer_parts(value[0], OPERATOR)
+        first, operands = name, outer_parts(value[0], syntax.operator)
     if operands:
         return [
-            *split_statement(first, indent),
-            *(line for one in operands for line in split_statement(one, deeper)),
+            *split_statement(first, indent, syntax),
+            *(line for one in operands for line in split_statement(one, deeper, syntax)),
         ]
     before, inside, after = brackets(text)
-    return [indent + before, *lay_out_brackets(inside, deeper), indent + after] if inside else [indent + text]
+    return (
+        [indent + before, *lay_out_brackets(inside, deeper, syntax), indent + after]
+        if inside
+        else [indent + text]
+    )
 
 
-def lay_out_brackets(inside: str, indent: str) -> list[str]:
+def lay_out_brackets(inside: str, indent: str, syntax: Syntax) -> list[str]:
     """What stands in brackets: in one line, or parted behind each comma, or before each operator."""
     if len(indent) + len(inside) <= WIDTH:
         return [indent + inside]
     parts = outer_parts(inside, COMMA)
-    parts = parts if len(parts) > 1 else outer_parts(inside, OPERATOR)
-    return [line for one in parts for line in split_statement(one, indent)]
+    parts = parts if len(parts) > 1 else outer_parts(inside, syntax.operator)
+    return [line for one in parts for line in split_statement(one, indent, syntax)]
 
 
 def outer_parts(text: str, between: re.Pattern[str]) -> list[str]:
@@ -80,9 +112,9 @@ def depths(text: str) -> list[int]:
     return list(accumulate((sign in "([{") - (sign in ")]}") for sign in text))
 
 
-def align_comments(lines: Sequence[str]) -> Iterator[str]:
+def align_comments(lines: Sequence[str], syntax: Syntax = C) -> Iterator[str]:
     """Lines whose comments begin in one column where lines that follow each other have one behind them."""
-    for noted, group in groupby(lines, lambda line: NOTED.fullmatch(line) is not None):
-        pairs = [line.rpartition(" /* ") if noted else (line, "", "") for line in group]
+    for noted, group in groupby(lines, lambda line: syntax.noted.fullmatch(line) is not None):
+        pairs = [line.rpartition(syntax.begin) if noted else (line, "", "") for line in group]
         width = max(len(code) for code, _, _ in pairs)
         yield from (f"{code:<{width}}{sign}{rest}" if noted else code for code, sign, rest in pairs)

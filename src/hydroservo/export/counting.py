@@ -1,13 +1,11 @@
 """Counts the arithmetic of translated functions, in the terms that are written as C."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from functools import reduce
 
-from hydroservo.engine.state_text import record_of
-from hydroservo.export import parts
-from hydroservo.export.c.liveness import Liveness, matters
 from hydroservo.export.c.primitives import numbers
 from hydroservo.export.unit import Operations
+from hydroservo.language.liveness import Liveness, matters
 from hydroservo.language.terms import (
     REAL,
     Assign,
@@ -88,18 +86,9 @@ class Count:
 
     def text(self, function: Function) -> Operations:
         """A function that is written, not translated."""
-        if function.origin is parts.infinite:
-            (state,) = function.whole
-            return Operations(comparisons=sum(1 for _ in self.leaves(state)))
         if function not in WRITTEN:
             raise UncountedError
         return WRITTEN[function]
-
-    def leaves(self, record: Record) -> Iterator[str]:
-        """The numbers of a record that C has."""
-        for name, kind in record.fields.items():
-            if self.needed.has(record, name):
-                yield from self.leaves(record_of(kind)) if isinstance(kind, Record) else [name]
 
     def body(self, statements: Sequence[Statement], names: set[str]) -> Operations:
         """Statements that are written, which give values to these names."""

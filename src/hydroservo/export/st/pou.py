@@ -1,0 +1,105 @@
+"""Structures, functions and function blocks of Structured Text, and their text."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from hydroservo.export.layout import INDENT, ST, align_comments
+from hydroservo.export.texts import comment, in_comment
+
+Value = str | Sequence[str]  # of a number or an array
+
+
+class Declaration(NamedTuple):
+    """A variable or a field.
+
+    Attributes:
+        name: its own.
+        kind: its type.
+        note: what it is, with its unit.
+        value: the first one; None is that of the type.
+        length: of an array; 0 for all else.
+    """
+
+    name: str
+    kind: str
+    note: str = ""
+    value: Value | None = None
+    length: int = 0
+
+    @property
+    def type(self) -> str:
+        """Its type, an array's too."""
+        return f"ARRAY[0..{self.length - 1}] OF {self.kind}" if self.length else self.kind
+
+
+class Structure(NamedTuple):
+    """A structure's type."""
+
+    name: str
+    about: str
+    fields: Sequence[Declaration]
+
+    @property
+    def text(self) -> str:
+        """Its definition."""
+        fields = map(declaration_line, self.fields)
+        lines = [f"{said(self.about)}TYPE {self.name} :", "STRUCT", *fields, "END_STRUCT;", "END_TYPE", ""]
+        return "\n".join(align_comments(lines, ST))
+
+
+class Pou(NamedTuple):
+    """A program organisation unit: a function or a function block.
+
+    Attributes:
+        name: its own.
+        returns: the type of a function's value; empty for a function block.
+        about: what it is.
+        sections: its declarations, by what stands at the head of each.
+        body: its statements, line by line.
+    """
+
+    name: str
+    returns: str
+    about: str
+    sections: Mapping[str, Sequence[Declaration]]
+    body: Sequence[str]
+
+    @property
+    def keyword(self) -> str:
+        """FUNCTION or FUNCTION_BLOCK."""
+        return "FUNCTION" if self.returns else "FUNCTION_BLOCK"
+
+    @property
+    def declaration(self) -> str:
+        """All before its statements."""
+        value = f" : {self.returns}" if self.returns else ""
+        lines = [f"{said(self.about)}{self.keyword} {self.name}{value}"]
+        for head, declared in self.sections.items():
+            if declared:
+                lines += [head, *map(declaration_line, declared), "END_VAR"]
+        return "\n".join(align_comments("\n".join(lines).split("\n"), ST))
+
+    @property
+    def text(self) -> str:
+        """Its definition."""
+        return "\n".join([self.declaration, *self.body, f"END_{self.keyword}", ""])
+
+
+def declaration_line(declared: Declaration) -> str:
+    """A declaration in one line."""
+    value = declared.value
+    if value is not None and not isinstance(value, str):
+        value = f"[{', '.join(value)}]"
+    first = "" if value is None else f" := {value}"
+    note = f" (* {declared.note} *)" if declared.note else ""
+    return f"{INDENT}{declared.name} : {declared.type}{first};{note}"
+
+
+def said(about: str) -> str:
+    """A comment of one or more lines above a definition."""
+    return comment(about, "(*", "*)") if about else ""
+
+
+def note(unit: str, meaning: str) -> str:
+    """What is said behind a declaration."""
+    return in_comment(f"{f'[{unit}] ' if unit else ''}{meaning}", "(*", "*)")

@@ -1,0 +1,146 @@
+"""Writes records as structures of Structured Text, and knows what everything is called."""
+
+import inspect
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from hydroservo.core.field import Field
+from hydroservo.export.declared import declarations_by_name
+from hydroservo.export.single import SINGLE
+from hydroservo.export.st.names import unused_name
+from hydroservo.export.st.numbers import literal_of, parts_of
+from hydroservo.export.st.pou import Declaration, Pou, Structure, note
+from hydroservo.export.st.primitives import TEXTS, text_function, with_callees
+from hydroservo.language.liveness import Liveness
+from hydroservo.language.scope import TranslationError
+from hydroservo.language.terms import (
+    BOOL,
+    INT,
+    REAL,
+    Computed,
+    Function,
+    NamedNumber,
+    Record,
+    Type,
+)
+
+ATOM, UNARY = 7, 6  # how strongly operators bind
+
+
+class STWriter:
+    """The text of functions and records in Structured Text, with what is not needed left out.
+
+    Args:
+        prefix: of all global names.
+        real: "LREAL" or "REAL".
+        needed: what is needed.
+        signals: the controlled signals in whose units the numbers of each record are; of others, all of them.
+    """
+
+    def __init__(
+        self, prefix: str, real: str, needed: Liveness, signals: Mapping[Record, Sequence[Field | None]]
+    ) -> None:
+        self.prefix, self.real, self.needed, self.signals = prefix, real, needed, signals
+        self.every = tuple(dict.fromkeys(signal for of_record in signals.values() for signal in of_record))
+        self.taken = {block_name(prefix).casefold(), *(f"{prefix}_{name}".casefold() for name in TEXTS)}
+        self.types: dict[Record, str] = {}
+        self.functions: dict[Function, str] = {}
+        self.members: dict[Record, dict[str, str]] = {}
+        self.primitives: list[str] = []
+
+    # records
+
+    def name_all(self, records: Iterable[Record]) -> None:
+        """Gives types and functions their names, which those within them shall not have."""
+        for record in records:
+            self.type(record)
+        for function in self.needed.reached:
+            self.function_name(function)
+
+    def type(self, kind: Type) -> str:
+        """A type's name."""
+        if not isinstance(kind, Record):
+            return {REAL: self.real, INT: "LINT", BOOL: "BOOL"}[kind]  # type: ignore[index]
+        if kind not in self.types:
+            self.types[kind] = unused_name(f"{self.prefix}_{kind.name}", self.taken)
+        return self.types[kind]
+
+    def kept(self, record: Record) -> Iterator[tuple[str, Type]]:
+        """The fields of a record that are written."""
+        return ((name, kind) for name, kind in record.fields.items() if self.needed.has(record, name))
+
+    def member(self, record: Record, name: str) -> str:
+        """The name of a record's field."""
+        if record not in self.members:
+            taken = set(self.taken)
+            self.members[record] = {one: unused_name(one, taken) for one in record.fields}
+        return self.members[record][name]
+
+    def place(self, record: Record, path: str) -> str:
+        """The place of a number at a dotted path in a record."""
+        name, _, inner = path.partition(".")
+        kind = record.fields[name]
+        own = self.member(record, name)
+        return f"{own}.{self.place(kind, inner)}" if isinstance(kind, Record) else own
+
+    def leaves(self, record: Record, place: str = "") -> Iterator[str]:
+        """The place of each number of a record."""
+        for name, kind in self.kept(record):
+            own = f"{place}{self.member(record, name)}"
+            if isinstance(kind, Record):
+                yield from self.leaves(kind, f"{own}.")
+            else:
+                yield own
+
+    def record(self, record: Record) -> Structure:
+        """The definition of a record's type."""
+        declared = declarations_by_name(record, self.signals.get(record, self.every))
+        about = (inspect.getdoc(record.cls) or "").partition("\n\n")[0] if record.cls else ""
+        fields = []
+        for name, kind in self.kept(record):
+            field = declared.get(name, Field("", ""))
+            own = self.member(record, name)
+            fields.append(Declaration(own, self.type(kind), note(field.unit, field.meaning)))
+        return Structure(self.type(record), f"{record.cls.__name__}: {about}" if record.cls else "", fields)
+
+    # functions
+
+    def function_name(self, function: Function) -> str:
+        """The name of a function."""
+        if not function.body:
+            return self.primitive(function.name)
+        if function not in self.functions:
+            self.functions[function] = unused_name(f"{self.prefix}_{function.name}", self.taken)
+        return self.functions[function]
+
+    def primitive(self, name: str) -> str:
+        """The name of a primitive, which is written from now on."""
+        if name not in TEXTS:
+            raise TranslationError(f"{name.removeprefix('ops_')}: Structured Text has no such function")
+        self.primitives.append(name)
+        return f"{self.prefix}_{name}"
+
+    def text_functions(self) -> list[Pou]:
+        """All primitives that are called so far."""
+        return [text_function(name, self.prefix, self.real) for name in with_callees(self.primitives)]
+
+    # numbers
+
+    def number(self, value: float) -> tuple[str, int]:
+        """A literal that gives the very number, or a call that does."""
+        if math.isnan(value):
+            return f"{self.primitive('nan')}(FALSE)", ATOM
+        if text := literal_of(value, self.real):
+            return text, UNARY if text[0] == "-" else ATOM
+        return f"{self.primitive('number')}({', '.join(parts_of(value, self.real))})", ATOM
+
+    def constant(self, value: NamedNumber | Computed) -> float:
+        """The number of a constant in this precision."""
+        if isinstance(value, NamedNumber) and self.real == "REAL":
+            return SINGLE.get((value.module, value.name), value.value)
+        return value.value
+
+
+def block_name(prefix: str) -> str:
+    """The name of a unit's function block."""
+    return f"fb_{prefix}"
