@@ -11,6 +11,7 @@ from hydroservo.control.controllers import (
     AntiWindup,
     Backstepping,
     Cascade,
+    CharacteristicCompensation,
     DeadBandCompensation,
     DeadBandJump,
     Delay,
@@ -88,6 +89,7 @@ CHOSEN: dict[str, Controller] = {
     "cascade": example(Cascade, example(AccelerationFeedback)),
     "force with velocity compensation": example(VelocityCompensation, example(DeadBandJump)),
     "inverted polarity": InvertedPolarity(example(PI)),
+    "characteristic": example(CharacteristicCompensation, example(PID)),
     "industrial axis": example(
         DeadBandCompensation,
         example(FlowCompensation, example(DirectionalGain, example(PressureFeedback, example(PID)))),

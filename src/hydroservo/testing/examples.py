@@ -119,6 +119,9 @@ BLOCKS: tuple[Block, ...] = (
     ConstantLoad(FORCE),
     ConstantOil(PLANT.bulk_modulus),
     controllers.DAC(LAW),
+    controllers.CharacteristicCompensation(
+        LAW, Curve.from_samples([-10.0, -0.1, 0.1, 10.0], [-9.0, -0.6, 0.5, 8.0])
+    ),
     controllers.DeadBandCompensation(LAW, extend_overlap=0.5, retract_overlap=0.4, threshold=0.05),
     controllers.DeadBandJump(LAW, extend_overlap=0.5, retract_overlap=0.4, threshold=0.05),
     controllers.Delay(LAW),

@@ -9,6 +9,10 @@ from hydroservo.control.controllers.anti_windup import AntiWindup, AntiWindupSta
 from hydroservo.control.controllers.backstepping import Backstepping, BacksteppingState
 from hydroservo.control.controllers.biquad import Biquad, BiquadState
 from hydroservo.control.controllers.cascade import Cascade, CascadeState
+from hydroservo.control.controllers.characteristic_compensation import (
+    CharacteristicCompensation,
+    CharacteristicCompensationState,
+)
 from hydroservo.control.controllers.dac import DAC, DACState
 from hydroservo.control.controllers.dead_band_compensation import (
     DeadBandCompensation,
@@ -62,6 +66,8 @@ __all__ = [
     "BiquadState",
     "Cascade",
     "CascadeState",
+    "CharacteristicCompensation",
+    "CharacteristicCompensationState",
     "DACState",
     "DeadBandCompensation",
     "DeadBandCompensationState",
