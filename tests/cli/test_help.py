@@ -18,6 +18,7 @@ from tests.support.bases import on_base
 from tests.support.commands.runner import PLUGIN, QUICK, SHORT, SMALL, failed, hydroservo_, succeeded
 from tests.support.needs import needs
 from tests.support.synthetic_logs import exact_log, recorded, with_units
+from tests.support.tiers import mostly
 
 
 def test_version():
@@ -96,6 +97,7 @@ QUOTED = re.findall(r"`([^`]+)`", "\n".join(help_texts(COMMANDS)))
 EXAMPLES = sorted({text.removeprefix("hydroservo ") for text in QUOTED if text.startswith("hydroservo ")})
 SERVES = re.compile("app ")  # until an interrupt
 ALONE = [text for text in EXAMPLES if "--scheduler" not in text and not SERVES.match(text)]
+OFTEN = [text for text in ALONE if not text.startswith("study ")]  # which take minutes
 CHANGES = sorted({text for text in QUOTED if "=" in text} - {f"hydroservo {text}" for text in EXAMPLES})
 
 
@@ -119,7 +121,7 @@ def test_the_help_has_examples():
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("forgotten")
-@pytest.mark.parametrize("example", ALONE)
+@pytest.mark.parametrize("example", mostly(pytest.mark.nightly, ALONE, OFTEN))
 def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("my_controller.py").write_text(PLUGIN)

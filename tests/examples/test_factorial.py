@@ -83,7 +83,7 @@ def test_a_part_does_not_take_the_place_of_the_whole() -> None:
     assert FOUND.read_bytes() == before
 
 
-@pytest.mark.slow  # compiles what it searches
+@pytest.mark.nightly  # compiles what it searches
 def test_the_command_searches_a_law_with_and_without_an_observer(tmp_path: Path) -> None:
     out = tmp_path / "found.json"
     words = ["--candidates", "64", "--loops", "noisy-1khz", "--laws", "linear"]

@@ -84,6 +84,7 @@ def ran(place: Path, *arguments: str, source: Path | None = None) -> tuple[float
     return finished(started(place, *arguments, source=source))
 
 
+@pytest.mark.nightly
 def test_a_known_loop_is_not_compiled_again(place: Path) -> None:
     first, compiled = ran(place)
     assert compiled
@@ -131,6 +132,7 @@ def test_an_edited_controller_of_the_user_is_seen(place: Path, mine: Path) -> No
     assert after != before
 
 
+@pytest.mark.nightly
 def test_an_edited_number_that_the_controller_imports_is_seen(place: Path, mine: Path) -> None:
     before, _ = ran(place, str(mine))
     (mine / "mine_gains.py").write_text("GAIN = 2.0\n")
@@ -139,6 +141,7 @@ def test_an_edited_number_that_the_controller_imports_is_seen(place: Path, mine:
     assert after != before
 
 
+@pytest.mark.nightly
 def test_a_deleted_module_of_the_user_does_no_harm(place: Path, mine: Path) -> None:
     own, _ = ran(place, str(mine))
     others, _ = ran(place)
@@ -147,6 +150,7 @@ def test_a_deleted_module_of_the_user_does_no_harm(place: Path, mine: Path) -> N
     assert own != others
 
 
+@pytest.mark.nightly
 def test_two_processes_at_once(place: Path) -> None:
     processes = [started(place) for _ in range(2)]
     first, second = (finished(process)[0] for process in processes)
@@ -154,6 +158,7 @@ def test_two_processes_at_once(place: Path) -> None:
     assert ran(place) == (first, False), "each left the kernel whole"
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("damage", [b"", b"nonsense", None], ids=["empty", "nonsense", "cut"])
 def test_damaged_files_are_made_anew(place: Path, damage: bytes | None) -> None:
     before, _ = ran(place)
@@ -164,6 +169,7 @@ def test_damaged_files_are_made_anew(place: Path, damage: bytes | None) -> None:
     assert ran(place) == (before, False)
 
 
+@pytest.mark.nightly
 def test_a_home_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("not a directory")
     before, compiled = ran(tmp_path / "file" / "cache")
@@ -189,6 +195,7 @@ def test_a_cache_that_can_only_be_read_serves(own: Path, monkeypatch: pytest.Mon
 
 
 @posix
+@pytest.mark.nightly
 def test_code_that_others_could_have_written_is_not_loaded(place: Path) -> None:
     before, _ = ran(place)
     place.chmod(0o777)

@@ -429,7 +429,7 @@ def test_a_state_of_many_numbers_is_no_fault(size: int, tmp_path: Path) -> None:
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_what_cannot_be_drawn_is_not_tried(tmp_path: Path) -> None:
     fields = "".join(f"    gain_{i}: {FIELD.replace('V s/m', '')} = 2.0\n" for i in range(4000))
     cls = block_class(tmp_path, LAW.replace("    gain:", f"{fields}    gain:"))

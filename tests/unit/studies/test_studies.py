@@ -107,6 +107,7 @@ def killed_now_and_then(folder: Path, changes: dict[str, Any]) -> int:
     raise AssertionError
 
 
+@pytest.mark.nightly
 @needs_posix
 def test_neither_kills_nor_processes_nor_what_was_done_before_change_a_bit(
     tiny: StudyResult, tmp_path: Path
