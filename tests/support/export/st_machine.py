@@ -15,7 +15,7 @@ from blark import transform as tree
 from blark.parse import parse_source_code
 
 INDENT = "    "
-OPERATORS = {"AND": "and", "OR": "or", "=": "==", "<>": "!="}
+OPERATORS = {"=": "==", "<>": "!="}
 PYTHON = {"/": "divide", "MOD": "rest"}
 ZEROS = {"LREAL": "0.0", "REAL": "np.float32(0.0)", "LINT": "0", "DINT": "0", "BOOL": "False"}
 CONVERSIONS = {"LREAL": "float", "REAL": "np.float32", "LINT": "whole", "DINT": "whole", "BOOL": "truth"}
@@ -246,8 +246,8 @@ class Machine:
     def operation(self, sign: str, a: str, b: str) -> str:
         if sign in PYTHON:
             return f"{PYTHON[sign]}({a}, {b})"
-        if sign in ("AND", "OR"):
-            return f"(truth({a}) {OPERATORS[sign]} truth({b}))"
+        if sign in ("AND", "OR"):  # both sides are computed
+            return f"(truth({a}) {'&' if sign == 'AND' else '|'} truth({b}))"
         return f"({a} {OPERATORS.get(sign, sign)} {b})"
 
     def place(self, one: Any) -> str:

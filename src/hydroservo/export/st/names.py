@@ -21,21 +21,23 @@ TYPES = (
     "lt ld char wchar bit"
 )
 FUNCTIONS = (
-    "abs acos add adr and andn asin atan atan2 bitadr byte_to cal calc calcn ceil concat cos ctd ctu "
+    "en eno abs acos add adr and andn asin atan atan2 bitadr byte_to cal calc calcn ceil concat cos ctd ctu "
     "ctud del delete delta deriv derivative div divtime end_if eq exp expt f_trig find floor frac ge gt "
     "hysteresis indexof ini insert integral is_valid jmp jmpc jmpcn ld ldn le left len limit ln log "
     "lower_bound lt max mid min move mul muldiv multime mux n n_int ne neg now p p0 p1 pd pid r r1 "
     "r_trig ramp random replace ret retc retcn right rol ror round rs rtc s s1 sel sema shl shr sign "
     "sin sizeof sl sqrt sr st stn sub tan tof ton totalizer tp trunc truncate upper_bound"
 )
+TYPE_NAMES = frozenset(TYPES.split(" "))
 RESERVED = frozenset(f"{KEYWORDS} {TYPES} {FUNCTIONS}".split(" "))
-BEHIND = "_value"  # a reserved word
+SUFFIX = "_value"  # a reserved word
 
 
 def is_reserved(name: str) -> bool:
     """True for what the language, its standard functions or a vendor's dialect has taken."""
     word = name.casefold()
-    return word in RESERVED or word.startswith(("end_", "to_", "var_")) or "_to_" in word
+    converts = set(word.split("_to_")) <= TYPE_NAMES
+    return word in RESERVED or word.startswith(("end_", "to_", "var_")) or converts
 
 
 def unused_name(wish: str, taken: set[str]) -> str:
@@ -43,7 +45,7 @@ def unused_name(wish: str, taken: set[str]) -> str:
     letters = "".join(letter if letter.isascii() else spelt(letter) for letter in wish)
     plain = re.sub("_+", "_", letters).strip("_") or "own"
     plain = f"own_{plain}" if plain[0].isdigit() else plain
-    plain = f"{plain}{BEHIND}" if is_reserved(plain) else plain
+    plain = f"{plain}{SUFFIX}" if is_reserved(plain) else plain
     name = free_name(plain, lambda one: one.casefold() in taken)
     taken.add(name.casefold())
     return name

@@ -1,10 +1,11 @@
 """Structures, functions and function blocks of Structured Text, and their text."""
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from hydroservo.export.layout import INDENT, ST, align_comments
-from hydroservo.export.texts import comment, in_comment
+from hydroservo.export.texts import WIDTH, comment, in_comment
 
 Value = str | Sequence[str]  # of a number or an array
 
@@ -43,7 +44,14 @@ class Structure(NamedTuple):
     def text(self) -> str:
         """Its definition."""
         fields = map(declaration_line, self.fields)
-        lines = [f"{said(self.about)}TYPE {self.name} :", "STRUCT", *fields, "END_STRUCT;", "END_TYPE", ""]
+        lines = [
+            f"{block_comment(self.about)}TYPE {self.name} :",
+            "STRUCT",
+            *fields,
+            "END_STRUCT;",
+            "END_TYPE",
+            "",
+        ]
         return "\n".join(align_comments(lines, ST))
 
 
@@ -73,7 +81,7 @@ class Pou(NamedTuple):
     def declaration(self) -> str:
         """All before its statements."""
         value = f" : {self.returns}" if self.returns else ""
-        lines = [f"{said(self.about)}{self.keyword} {self.name}{value}"]
+        lines = [f"{block_comment(self.about)}{self.keyword} {self.name}{value}"]
         for head, declared in self.sections.items():
             if declared:
                 lines += [head, *map(declaration_line, declared), "END_VAR"]
@@ -86,20 +94,22 @@ class Pou(NamedTuple):
 
 
 def declaration_line(declared: Declaration) -> str:
-    """A declaration in one line."""
+    """A declaration: in one line, but for an array's."""
     value = declared.value
     if value is not None and not isinstance(value, str):
-        value = f"[{', '.join(value)}]"
+        rows = textwrap.fill(", ".join(value), WIDTH, initial_indent=2 * INDENT, subsequent_indent=2 * INDENT)
+        remark = f"{INDENT}(* {declared.note} *)\n" if declared.note else ""
+        return f"{remark}{INDENT}{declared.name} : {declared.type} := [\n{rows}\n{INDENT}];"
     first = "" if value is None else f" := {value}"
-    note = f" (* {declared.note} *)" if declared.note else ""
-    return f"{INDENT}{declared.name} : {declared.type}{first};{note}"
+    remark = f" (* {declared.note} *)" if declared.note else ""
+    return f"{INDENT}{declared.name} : {declared.type}{first};{remark}"
 
 
-def said(about: str) -> str:
+def block_comment(about: str) -> str:
     """A comment of one or more lines above a definition."""
     return comment(about, "(*", "*)") if about else ""
 
 
-def note(unit: str, meaning: str) -> str:
+def remark(unit: str, meaning: str) -> str:
     """What is said behind a declaration."""
     return in_comment(f"{f'[{unit}] ' if unit else ''}{meaning}", "(*", "*)")

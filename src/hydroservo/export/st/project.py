@@ -1,6 +1,5 @@
 """The folder that an export in Structured Text is."""
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,8 +8,9 @@ from hydroservo.core.outputs import check_outputs, staged, write_text
 from hydroservo.export.c.project import OURS, Proof, check_ours, step_inputs
 from hydroservo.export.st.exchange import plcopen_xml, twincat_files
 from hydroservo.export.st.names import unused_name
-from hydroservo.export.st.pou import said
-from hydroservo.export.st.source import STModule, replay_of
+from hydroservo.export.st.pou import block_comment
+from hydroservo.export.st.replay import replay_of
+from hydroservo.export.st.source import STModule
 from hydroservo.export.texts import render
 from hydroservo.export.unit import CModule
 from hydroservo.export.vectors import Vectors
@@ -24,11 +24,9 @@ def checked_st_prefix(prefix: str) -> str:
     Raises:
         ParameterError: they may not.
     """
-    if unused_name(prefix, set()) != prefix:
-        wanted = (
-            "must be a name in Structured Text: no word of it, no underscore at its end, and no two in a row"
-        )
-        raise ParameterError("prefix", prefix, wanted)
+    allowed = unused_name(prefix, set())
+    if allowed != prefix:
+        raise ParameterError("prefix", prefix, f"is not a name in Structured Text; {allowed} is one")
     return prefix
 
 
@@ -57,6 +55,10 @@ def write_st_project(
     """
     texts = st_project(unit, module, vectors, proof)
     check_st_project(folder, list(texts))
+    for path in (folder / TWINCAT).glob("*.Tc*"):  # a project takes all files of this folder
+        if f"{TWINCAT}/{path.name}" not in texts:
+            check_ours(path)
+            path.unlink()
     with staged(folder) as stage:
         for name, text in texts.items():
             (stage / name).parent.mkdir(exist_ok=True)
@@ -84,16 +86,20 @@ def st_project(unit: CModule, module: STModule, vectors: Vectors, proof: Proof) 
         "proof": proof,
         "samples": len(vectors.expected),
         "inputs": list(zip(module.inputs, step_inputs(unit), strict=True)),
+        "controls": module.block.sections["VAR_INPUT"][len(module.inputs) + 1 :],
+        "outputs": module.outputs,
         "states": list(zip(module.states, unit.states, strict=True)),
-        "outputs": module.block.sections["VAR_OUTPUT"],
+        "names": dict(module.parameters),
+        "parameters_type": module.parameters_type,
         "functions": len(pous) - 1,
         "structures": len(types),
-        "lines": len(re.findall("\n", module.text)),
+        "lines": module.text.count("\n"),
         "reads_command": "applied_command" in module.inputs,
+        "quantises": any(one.about.startswith("DAC:") for one in types),
     }
     return {
         f"{p}.st": module.text,
-        f"{p}_replay.st": "\n".join([said(head), *(pou.text for pou in replay)]),
+        f"{p}_replay.st": "\n".join([block_comment(head), *(pou.text for pou in replay)]),
         f"{p}.xml": plcopen_xml(p, mark, types, pous),
         f"{p}_replay.xml": plcopen_xml(f"{p}_replay", mark, [], replay),
         **{f"{TWINCAT}/{name}": text for name, text in objects.items()},

@@ -9,7 +9,7 @@ from hydroservo.export.declared import declarations_by_name
 from hydroservo.export.single import SINGLE
 from hydroservo.export.st.names import unused_name
 from hydroservo.export.st.numbers import literal_of, parts_of
-from hydroservo.export.st.pou import Declaration, Pou, Structure, note
+from hydroservo.export.st.pou import Declaration, Pou, Structure, remark
 from hydroservo.export.st.primitives import TEXTS, text_function, with_callees
 from hydroservo.language.liveness import Liveness
 from hydroservo.language.scope import TranslationError
@@ -27,6 +27,20 @@ from hydroservo.language.terms import (
 ATOM, UNARY = 7, 6  # how strongly operators bind
 
 
+OWN = (  # variables of every function block
+    "active_parameters",
+    "command",
+    "demand",
+    "measurement",
+    "own_parameters",
+    "parameters",
+    "reset",
+    "running",
+    "state",
+)
+RESERVED = ("defaults", "expected", "differs")  # functions of the block and of its replay
+
+
 class STWriter:
     """The text of functions and records in Structured Text, with what is not needed left out.
 
@@ -42,7 +56,8 @@ class STWriter:
     ) -> None:
         self.prefix, self.real, self.needed, self.signals = prefix, real, needed, signals
         self.every = tuple(dict.fromkeys(signal for of_record in signals.values() for signal in of_record))
-        self.taken = {block_name(prefix).casefold(), *(f"{prefix}_{name}".casefold() for name in TEXTS)}
+        own = (block_name(prefix), *OWN, *(f"{prefix}_{name}" for name in (*TEXTS, *RESERVED)))
+        self.taken = {name.casefold() for name in own}
         self.types: dict[Record, str] = {}
         self.functions: dict[Function, str] = {}
         self.members: dict[Record, dict[str, str]] = {}
@@ -76,13 +91,6 @@ class STWriter:
             self.members[record] = {one: unused_name(one, taken) for one in record.fields}
         return self.members[record][name]
 
-    def place(self, record: Record, path: str) -> str:
-        """The place of a number at a dotted path in a record."""
-        name, _, inner = path.partition(".")
-        kind = record.fields[name]
-        own = self.member(record, name)
-        return f"{own}.{self.place(kind, inner)}" if isinstance(kind, Record) else own
-
     def leaves(self, record: Record, place: str = "") -> Iterator[str]:
         """The place of each number of a record."""
         for name, kind in self.kept(record):
@@ -100,7 +108,7 @@ class STWriter:
         for name, kind in self.kept(record):
             field = declared.get(name, Field("", ""))
             own = self.member(record, name)
-            fields.append(Declaration(own, self.type(kind), note(field.unit, field.meaning)))
+            fields.append(Declaration(own, self.type(kind), remark(field.unit, field.meaning)))
         return Structure(self.type(record), f"{record.cls.__name__}: {about}" if record.cls else "", fields)
 
     # functions
