@@ -39,7 +39,7 @@ class CharacteristicCompensation(NamedTuple):
     through the points (Curve), and passes a dead band as the law's command goes from -threshold to threshold.
     The nested law learns of the applied command without what was added.
 
-    Make it from a table with :meth:`from_flow` or :meth:`from_speed`.
+    Make it from a table with ``from_flow`` or ``from_speed``.
 
     Source: the inverse of a curve that is measured as in ISO 10770-1 (flow over command without load).
     Fails as the curve changes: with the drop over the valve's edges, the oil's temperature and wear. It does
