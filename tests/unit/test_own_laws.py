@@ -265,6 +265,16 @@ class Stumbling(NamedTuple):
         return UserState(0.1)
 
 
+class Reciprocal(NamedTuple):
+    """A law that divides by a velocity that is 0 at the start."""
+
+    def init(self) -> UserState:
+        return UserState(0.0)
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(1e-3 / y.velocity)
+
+
 class Sketch(NamedTuple):
     """A valve and a plant that lack what a loop asks of them, or stumble over it."""
 
@@ -286,6 +296,10 @@ class Sketch(NamedTuple):
         ({"valve": 3.0}, "valve = 3.0: must be a block: a NamedTuple with the methods of its role"),
         ({"plant": Sketch()}, "the plant Sketch: init returns ZeroOrderHoldState(); it must have velocity ("),
         ({"valve": Sketch()}, "the valve Sketch does not fit this loop: math domain error"),
+        (
+            {"controller": Reciprocal()},
+            "the controller Reciprocal does not fit this loop: it divides by zero at the start",
+        ),
         (
             {"load": example(Orifice)},
             "the load Orifice does not fit this loop: 'Orifice' object has no attribute",

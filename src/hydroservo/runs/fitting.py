@@ -197,7 +197,7 @@ def fitting_state(loop: Loop) -> Block:
             f"add {given_by}, or use a law that does not need it"
         ) from None
     except Exception as error:  # whatever a block stumbles over
-        raise LoopError(f"{block_at_fault(loop, error)}: {error} ({error_place(error)})") from None
+        raise LoopError(f"{block_at_fault(loop, error)}: {cause(error)} ({error_place(error)})") from None
     for (path, before), (path_after, value) in zip(state_parts(state), state_parts(after), strict=False):
         if path != path_after or (is_block(before) and type(before) is not type(value)):
             raise LoopError(
@@ -266,6 +266,13 @@ def block_at_fault(loop: Loop, error: Exception) -> str:
             if any(part is block for _, part in state_parts(own)):
                 return f"the {name} {name_with_inner(own, name)} does not fit this loop"
     return "the blocks of this loop do not fit"
+
+
+def cause(error: Exception) -> str:
+    """What went wrong at the start, which runs in plain Python, and what to write instead."""
+    if isinstance(error, ZeroDivisionError):
+        return "it divides by zero at the start; guard it, as in a / b if b != 0.0 else 0.0"
+    return str(error)
 
 
 def method_at(loop: Loop, places: Sequence[tuple[str, int]]) -> str:
