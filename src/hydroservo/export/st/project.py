@@ -89,7 +89,7 @@ def st_project(unit: CModule, module: STModule, vectors: Vectors, proof: Proof) 
         "controls": module.block.sections["VAR_INPUT"][len(module.inputs) + 1 :],
         "outputs": module.outputs,
         "states": list(zip(module.states, unit.states, strict=True)),
-        "names": dict(module.parameters),
+        "names": module.parameters,
         "parameters_type": module.parameters_type,
         "functions": len(pous) - 1,
         "structures": len(types),

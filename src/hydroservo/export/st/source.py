@@ -1,7 +1,7 @@
 """A controller or a demand as a function block, and the block that replays its test vectors."""
 
 import inspect
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from hydroservo.core.block import Block, nested_signal
@@ -36,7 +36,7 @@ class STModule(NamedTuple):
         inputs: the block's input for each signal of the arguments, in their order.
         states: the place in the block's ``state`` of each number of the unit's state, in their order.
         outputs: name and signal of what the block hands on besides its state.
-        parameters: the place of each parameter in their record, by its place in C.
+        parameters: the place of each parameter in their record, by its place in C; of those that are left.
         parameters_type: the type of that record.
     """
 
@@ -47,7 +47,7 @@ class STModule(NamedTuple):
     inputs: Sequence[str]
     states: Sequence[str]
     outputs: Sequence[tuple[str, Signal]]
-    parameters: Sequence[tuple[str, str]]
+    parameters: Mapping[str, str]
     parameters_type: str
 
     @property
@@ -119,7 +119,7 @@ class BlockWriter(NamedTuple):
         """The places of the state's numbers, in the order of the unit's."""
         state = self.translation.init.returns
         assert isinstance(state, Record)
-        return list(self.writer.leaves(state))
+        return [place for _, place in self.writer.places(state)]
 
     def arguments(self) -> list[tuple[str, Record]]:
         """The records that a step is given."""
@@ -216,10 +216,19 @@ def st_module(translation: Translation, needed: Liveness, unit: CModule, about: 
     functions += [block.defaults()] if block.reads_parameters() else []
     inputs = [name for name, _, _ in block.inputs()]
     functions = [*writer.text_functions(), *functions]
-    places = zip((one.place for one in unit.parameters), writer.leaves(translation.parameters), strict=True)
     outputs = [(name, signal) for name, _, signal in block.outputs()]
     kind = writer.type(translation.parameters)
-    return STModule(about, structures, functions, pou, inputs, block.states(), outputs, list(places), kind)
+    return STModule(
+        about,
+        structures,
+        functions,
+        pou,
+        inputs,
+        block.states(),
+        outputs,
+        dict(writer.places(translation.parameters)),
+        kind,
+    )
 
 
 def documented_functions(writer: STWriter) -> list[Pou]:

@@ -12,6 +12,7 @@ from hydroservo.export.st.numbers import literal_of, parts_of
 from hydroservo.export.st.pou import Declaration, Pou, Structure, remark
 from hydroservo.export.st.primitives import TEXTS, text_function, with_callees
 from hydroservo.language.liveness import Liveness
+from hydroservo.language.names import identifier
 from hydroservo.language.scope import TranslationError
 from hydroservo.language.terms import (
     BOOL,
@@ -91,14 +92,14 @@ class STWriter:
             self.members[record] = {one: unused_name(one, taken) for one in record.fields}
         return self.members[record][name]
 
-    def leaves(self, record: Record, place: str = "") -> Iterator[str]:
-        """The place of each number of a record."""
+    def places(self, record: Record, in_c: str = "", place: str = "") -> Iterator[tuple[str, str]]:
+        """The place in C of each number of a record, and its place here."""
         for name, kind in self.kept(record):
-            own = f"{place}{self.member(record, name)}"
+            both = f"{in_c}{identifier(name)}", f"{place}{self.member(record, name)}"
             if isinstance(kind, Record):
-                yield from self.leaves(kind, f"{own}.")
+                yield from self.places(kind, f"{both[0]}.", f"{both[1]}.")
             else:
-                yield own
+                yield both
 
     def record(self, record: Record) -> Structure:
         """The definition of a record's type."""
