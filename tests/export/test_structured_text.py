@@ -56,6 +56,15 @@ def test_a_demand(scenario: str) -> None:
     assert differences(unit_of(load_scenario(scenario), Part.DEMAND)) == []
 
 
+def test_a_demand_begins_with_its_first_sample() -> None:
+    loop = load_scenario("axis/position", {"reference.time": "0 s"})
+    unit = unit_of(loop, Part.DEMAND)
+    block = Machine(unit.texts).block("fb_unit")
+    for k in range(5):
+        block.call()
+        assert block.get("value") == loop.reference.at(k * loop.simulation.period).value
+
+
 STATEMENTS = {
     "loops": """\
 total = 0.0
@@ -162,6 +171,14 @@ def test_the_replay_counts_what_differs(precision: Precision, monkeypatch: pytes
     assert kept.get("mismatches") == 0
     wrong = [text.replace("proportional_gain := ", "proportional_gain := 3.0 + ") for text in unit.texts]
     assert replayed([*wrong, *unit.replay], len(unit.vectors.expected)).get("mismatches") > 0
+
+
+def test_a_demand_is_replayed() -> None:
+    unit = unit_of(load_scenario("axis/force"), Part.DEMAND)
+    few = unit._replace(
+        vectors=unit.vectors._replace(inputs=unit.vectors.inputs[:9], expected=unit.vectors.expected[:9])
+    )
+    assert replayed([*few.texts, *few.replay], 9).get("mismatches") == 0
 
 
 def replayed(texts: list[str], count: int) -> Block:

@@ -1,7 +1,7 @@
 """A part of a scenario's loop, translated."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,6 +15,7 @@ from hydroservo.core.errors import LoopError, ParameterError
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.cosimulation import refuse_fmus
+from hydroservo.engine.state_text import Made
 from hydroservo.export.c.primitives import WRITTEN
 from hydroservo.export.c.source import SourceForm, source_texts
 from hydroservo.export.converted import ConvertedController, ConvertedHold, ConvertedState
@@ -38,7 +39,7 @@ from hydroservo.language.constants import fold_constants
 from hydroservo.language.liveness import Liveness
 from hydroservo.language.names import place_in_c
 from hydroservo.language.program import Program, check_law
-from hydroservo.language.terms import REAL, Function, Record, Translator, Type
+from hydroservo.language.terms import REAL, Record
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.fitting import first_state
 from hydroservo.runs.provenance import canonical_toml, scenario_hash
@@ -71,9 +72,6 @@ STILL = 1e-6  # of a usual size: what a state has below it is rounding
 IN_ST = (Part.CONTROLLER, Part.DEMAND)
 STEPPED = (Part.MACHINE, Part.LOOP)  # by an integrator of its own
 MACHINE = ("plant.", "valve.", "supply.", "drive.")  # records of a machine's state
-
-
-Written = Mapping[Any, Callable[[Translator, Sequence[Type]], Function]]  # as of Program
 
 
 class StateSize(NamedTuple):
@@ -125,7 +123,7 @@ def exported_block(
         )
     ready = ready_unit(loop, part, prefix, title, precision, inlined, ST_WRITTEN)
     unit = c_module(ready)
-    return unit, st_module(ready.translation, ready.needed, unit, ready.about(ABOUT_ST))
+    return unit, st_module(ready.translation, ready.needed, unit, ready.about(BITS_ST))
 
 
 class ReadyUnit(NamedTuple):
@@ -157,12 +155,13 @@ class ReadyUnit(NamedTuple):
     real: str
     inlined: bool
 
-    def about(self, text: str) -> str:
+    def about(self, bits: str) -> str:
         """The comment at the head of a file."""
         command = self.loop.command
         sampled = f", for a sample period of {self.runnable.simulation.period!r} s"
         told = self.part in (Part.LOOP, Part.DEMAND) or is_volts(command)
-        return text.format(
+        return ABOUT.format(
+            bits=bits,
             title=self.title,
             hash=scenario_hash(self.loop),
             version=__version__,
@@ -172,7 +171,13 @@ class ReadyUnit(NamedTuple):
 
 
 def ready_unit(
-    loop: Loop, part: Part, prefix: str, title: str, precision: Precision, inlined: bool, written: Written
+    loop: Loop,
+    part: Part,
+    prefix: str,
+    title: str,
+    precision: Precision,
+    inlined: bool,
+    written: Mapping[Any, Made],
 ) -> ReadyUnit:
     """A part of a loop, translated; as of :func:`exported_unit`."""
     checked_prefix(prefix)
@@ -197,7 +202,7 @@ def ready_unit(
 def c_module(ready: ReadyUnit) -> CModule:
     """A translated unit in C."""
     translation, needed, part, digest = ready.translation, ready.needed, ready.part, scenario_hash(ready.loop)
-    form = SourceForm(ready.prefix, ready.real, ready.inlined, ready.about(ABOUT), digest, __version__)
+    form = SourceForm(ready.prefix, ready.real, ready.inlined, ready.about(BITS), digest, __version__)
     header, source = source_texts(translation, needed, form)
     start = translation.start
     integrated = exported_sizes(ready.runnable, start.start) if part is Part.EQUATIONS else {}
@@ -228,23 +233,20 @@ ABOUT = """\
 {title}
 
 Written by hydroservo {version} from the scenario with hash {hash}{sampled}.{commands}
-What is computed here is, operation by operation, what the simulation computes: with IEEE 754 numbers, no
-contraction of a*b + c, which is switched off below, and no -ffast-math, results agree to the last bit.
+What is computed here is, operation by operation, what the simulation computes: {bits}
 SPDX-License-Identifier: BSD-3-Clause"""
-
-ABOUT_ST = """\
-{title}
-
-Written by hydroservo {version} from the scenario with hash {hash}{sampled}.{commands}
-What is computed here is, operation by operation, what the simulation computes: with IEEE 754 numbers, results
-agree to the last bit. Numbers are in SI units.
-SPDX-License-Identifier: BSD-3-Clause"""
+BITS = """\
+with IEEE 754 numbers, no
+contraction of a*b + c, which is switched off below, and no -ffast-math, results agree to the last bit."""
+BITS_ST = """\
+with IEEE 754 numbers
+and no contraction of a*b + c, results agree to the last bit. Numbers are in SI units."""
 
 COMMANDS = """
 The command comes and goes in {unit}, {per_volt:g} {unit} a volt; what is inside counts in volts."""
 
 
-def translate_unit(loop: Loop, part: Part, prefix: str, written: Written) -> Translation:
+def translate_unit(loop: Loop, part: Part, prefix: str, written: Mapping[Any, Made]) -> Translation:
     """A unit's functions and records."""
     try:
         program = Program(written, prefix)

@@ -12,12 +12,8 @@ from hydroservo.core.outputs import check_outputs, written_or_kept
 from hydroservo.export.c.project import Proof, check_project, proven_vectors, write_c_project
 from hydroservo.export.fmu import PARTS, check_clock, check_tools, checked_ending, write_fmu, write_ssp
 from hydroservo.export.of_loop import exported_block, exported_unit
-from hydroservo.export.st.project import (
-    check_st_project,
-    checked_st_prefix,
-    default_st_prefix,
-    write_st_project,
-)
+from hydroservo.export.st.names import unused_name
+from hydroservo.export.st.project import check_st_project, checked_st_prefix, write_st_project
 from hydroservo.export.texts import default_prefix
 from hydroservo.export.unit import CModule, FmiVersion, Part, Precision
 from hydroservo.export.vectors import Vectors
@@ -150,7 +146,7 @@ def export_st(
     check_st_project(place)
     report(0.0, "translating")
     title, own = title_and_prefix(loop, wanted, name)
-    own = default_st_prefix(own) if prefix is None else checked_st_prefix(prefix)
+    own = unused_name(own, set()) if prefix is None else checked_st_prefix(prefix)
     unit, module = exported_block(loop, wanted, prefix=own, title=title, precision=digits, inlined=inlined)
     check_st_project(place, [f"{own}.st", f"{own}.xml", f"{own}_replay.st", f"{own}_replay.xml"])
     vectors, proof = prove(loop, unit, 0.2, report)

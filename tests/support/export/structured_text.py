@@ -45,7 +45,9 @@ def unit_of(
 
 def differences(unit: Unit) -> list[str]:
     """What the evaluator of Structured Text makes otherwise of the vectors than Python, to the last bit."""
-    rows = zip(evaluated(unit.st, unit.vectors.inputs), unit.vectors.expected.tolist(), strict=True)
+    first = [[]] if unit.c.part is Part.DEMAND else []  # the start, which vectors begin after
+    samples = list(evaluated(unit.st, [*first, *unit.vectors.inputs]))[len(first) :]
+    rows = zip(samples, unit.vectors.expected.tolist(), strict=True)
     return [
         f"sample {i}: {place} is {number!r}, not {value!r}"
         for i, (numbers, wanted) in enumerate(rows)

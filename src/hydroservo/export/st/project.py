@@ -30,11 +30,6 @@ def checked_st_prefix(prefix: str) -> str:
     return prefix
 
 
-def default_st_prefix(prefix: str) -> str:
-    """The nearest such prefix."""
-    return unused_name(prefix, set())
-
-
 def write_st_project(
     unit: CModule, module: STModule, vectors: Vectors, folder: Path, proof: Proof
 ) -> list[Path]:

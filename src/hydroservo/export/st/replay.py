@@ -14,7 +14,7 @@ from hydroservo.export.st.pou import Declaration, Pou
 from hydroservo.export.st.primitives import text_function, with_callees
 from hydroservo.export.st.source import REALS, STModule
 from hydroservo.export.st.writer import block_name
-from hydroservo.export.unit import CModule
+from hydroservo.export.unit import CModule, Part
 from hydroservo.export.vectors import Vectors
 
 MISSING = 2 * BEYOND  # the exponent that stands for not-a-number in test vectors
@@ -29,6 +29,8 @@ def replay_of(module: STModule, unit: CModule, vectors: Vectors) -> list[Pou]:
     inputs, states = tables[: len(module.inputs)], tables[len(module.inputs) :]
     body = [f"IF {SAMPLE} >= {count} THEN", f"{INDENT}RETURN;", "END_IF;"]
     arguments = ", ".join(f"{one.place} := {one.number}" for one in inputs)
+    if unit.part is Part.DEMAND:  # whose first call is the start, which vectors begin after
+        body += [f"IF {SAMPLE} = 0 THEN", f"{INDENT}unit();", "END_IF;"]
     body += split_statement(f"unit({arguments});", "", ST)
     for one in states:
         compared = f"unit.state.{one.place}, {one.number}, {one.tolerance}"

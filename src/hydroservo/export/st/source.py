@@ -12,7 +12,7 @@ from hydroservo.export.st.functions import FunctionWriter
 from hydroservo.export.st.names import unused_name
 from hydroservo.export.st.pou import Declaration, Pou, Structure, block_comment, remark
 from hydroservo.export.st.primitives import NO_ARGUMENT
-from hydroservo.export.st.writer import STWriter, block_name
+from hydroservo.export.st.writer import OWN, STWriter, block_name
 from hydroservo.export.translation import Translation, ordered_records
 from hydroservo.export.unit import CModule, Part, Signal
 from hydroservo.language.liveness import Liveness
@@ -99,7 +99,7 @@ class BlockWriter(NamedTuple):
 
     def inputs(self) -> list[tuple[str, str, Signal]]:
         """The block's input for each signal, such as ``velocity`` or ``demand_rate``, and its argument."""
-        taken, names = set(self.writer.taken), []
+        taken, names = {*self.writer.taken, *OWN}, []
         for argument in self.unit.arguments:
             for signal in argument.signals:
                 own = signal.path.rpartition(".")[2]
@@ -109,7 +109,7 @@ class BlockWriter(NamedTuple):
 
     def outputs(self) -> list[tuple[str, str, Signal]]:
         """Name and place of what goes out besides the state: the command, or all numbers of a demand."""
-        taken = set(self.writer.taken)
+        taken = {*self.writer.taken, *OWN}
         states = zip(self.states(), self.unit.states, strict=True)
         if self.unit.part is Part.CONTROLLER:
             return [(COMMAND, place, signal) for place, signal in states if signal.place == "u"]
@@ -172,12 +172,16 @@ class BlockWriter(NamedTuple):
             yield f"{INDENT}active_parameters := {self.defaults_name()}(FALSE);"
         yield f"{INDENT}state := {self.call(init, ['active_parameters'])};"
         yield f"{INDENT}running := TRUE;"
+        if self.unit.part is Part.DEMAND:  # whose first state is that of the first sample
+            yield "ELSE"
+            yield f"{INDENT}state := {self.call(step, ['active_parameters', 'state'])};"
         yield "END_IF;"
         records = dict(self.translation.arguments)
         for name, argument, signal in self.inputs():
             own = self.writer.member(records[argument], signal.path.rpartition(".")[2])
             yield f"{argument}.{own} := {name};"
-        yield f"state := {self.call(step, ['active_parameters', 'state', *records])};"
+        if self.unit.part is Part.CONTROLLER:
+            yield f"state := {self.call(step, ['active_parameters', 'state', *records])};"
         for name, place, _ in self.outputs():
             yield f"{name} := state.{place};"
 

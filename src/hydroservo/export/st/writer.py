@@ -28,17 +28,8 @@ from hydroservo.language.terms import (
 ATOM, UNARY = 7, 6  # how strongly operators bind
 
 
-OWN = (  # variables of every function block
-    "active_parameters",
-    "command",
-    "demand",
-    "measurement",
-    "own_parameters",
-    "parameters",
-    "reset",
-    "running",
-    "state",
-)
+VARIABLES = "active_parameters command demand measurement own_parameters parameters reset running state"
+OWN = frozenset(VARIABLES.split())  # in every function block
 RESERVED = ("defaults", "expected", "differs")  # functions of the block and of its replay
 
 
@@ -57,7 +48,7 @@ class STWriter:
     ) -> None:
         self.prefix, self.real, self.needed, self.signals = prefix, real, needed, signals
         self.every = tuple(dict.fromkeys(signal for of_record in signals.values() for signal in of_record))
-        own = (block_name(prefix), *OWN, *(f"{prefix}_{name}" for name in (*TEXTS, *RESERVED)))
+        own = (block_name(prefix), *(f"{prefix}_{name}" for name in (*TEXTS, *RESERVED)))
         self.taken = {name.casefold() for name in own}
         self.types: dict[Record, str] = {}
         self.functions: dict[Function, str] = {}
@@ -73,12 +64,18 @@ class STWriter:
         for function in self.needed.reached:
             self.function_name(function)
 
+    def global_name(self, name: str) -> str:
+        """A name that nothing has, nor a variable of the function block."""
+        found = unused_name(f"{self.prefix}_{name}", {*self.taken, *OWN})
+        self.taken.add(found.casefold())
+        return found
+
     def type(self, kind: Type) -> str:
         """A type's name."""
         if not isinstance(kind, Record):
             return {REAL: self.real, INT: "LINT", BOOL: "BOOL"}[kind]  # type: ignore[index]
         if kind not in self.types:
-            self.types[kind] = unused_name(f"{self.prefix}_{kind.name}", self.taken)
+            self.types[kind] = self.global_name(kind.name)
         return self.types[kind]
 
     def kept(self, record: Record) -> Iterator[tuple[str, Type]]:
@@ -119,7 +116,7 @@ class STWriter:
         if not function.body:
             return self.primitive(function.name)
         if function not in self.functions:
-            self.functions[function] = unused_name(f"{self.prefix}_{function.name}", self.taken)
+            self.functions[function] = self.global_name(function.name)
         return self.functions[function]
 
     def primitive(self, name: str) -> str:
