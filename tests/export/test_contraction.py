@@ -10,6 +10,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import CModule, Part
 from hydroservo.scenario import load_scenario
 from tests.support.needs import needs
+from tests.support.tiers import mostly
 from tools.targets.sources import write_unit
 
 FUSED = re.compile(r"\bv?fn?m[as]\w*\b")
@@ -20,12 +21,14 @@ PRAGMA = r"#pragma STDC FP_CONTRACT OFF\n"
 COMPILERS = [
     (("gcc", "-march=haswell"), GCC_PRAGMA),
     (("gcc", "-march=haswell", "-ffp-contract=fast", "-O3"), GCC_PRAGMA),
+    (("gcc", "-march=sapphirerapids"), GCC_PRAGMA),
+    (("clang", "-march=haswell"), PRAGMA),
+]
+CROSS = [
     (("arm-none-eabi-gcc", *M7), GCC_PRAGMA),
     (("aarch64-linux-gnu-gcc",), GCC_PRAGMA),
-    (("aarch64-linux-gnu-gcc", "-march=armv8.2-a+fp16"), GCC_PRAGMA),  # these two have FLT_EVAL_METHOD 16
-    (("gcc", "-march=sapphirerapids"), GCC_PRAGMA),
+    (("aarch64-linux-gnu-gcc", "-march=armv8.2-a+fp16"), GCC_PRAGMA),  # FLT_EVAL_METHOD is 16, as before
     (("x86_64-w64-mingw32-gcc", "-march=haswell"), GCC_PRAGMA),
-    (("clang", "-march=haswell"), PRAGMA),
 ]
 
 
@@ -45,7 +48,9 @@ def fused(unit: CModule, command: tuple[str, ...], folder: Path) -> int:
 
 
 @pytest.mark.parametrize(
-    ("command", "pragma"), COMPILERS, ids=lambda one: "-".join(one) if type(one) is tuple else ""
+    ("command", "pragma"),
+    mostly(pytest.mark.nightly, [*COMPILERS, *CROSS], COMPILERS),
+    ids=lambda one: "-".join(one) if type(one) is tuple else "",
 )
 def test_nothing_is_fused(unit: CModule, command: tuple[str, ...], pragma: str, tmp_path: Path) -> None:
     assert fused(unit, command, tmp_path) == 0

@@ -9,4 +9,8 @@ import pytest
 def mostly(tier: pytest.MarkDecorator, values: Collection[Any], often: Collection[Any]) -> list[Any]:
     """The values for ``parametrize``, with all in a tier but those that run as often as the test itself."""
     assert all(value in values for value in often)
-    return [value if value in often else pytest.param(value, marks=tier) for value in values]
+    rows = [value if type(value) is tuple else (value,) for value in values]
+    return [
+        value if value in often else pytest.param(*row, marks=tier)
+        for value, row in zip(values, rows, strict=True)
+    ]
