@@ -30,10 +30,10 @@ class Structure:
 def divide(a: Any, b: Any) -> Any:
     if type(a) is int and type(b) is int:
         return whole(abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1))
-    if b != 0.0 or math.isnan(a):
+    if b != 0.0:
         return a / b
     sign = math.copysign(1.0, a) * math.copysign(1.0, b)
-    return type(a)(math.nan if a == 0.0 else sign * math.inf)
+    return type(a)(math.nan if a == 0.0 or math.isnan(a) else sign * math.inf)
 
 
 def rest(a: int, b: int) -> int:
