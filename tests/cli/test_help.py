@@ -97,7 +97,8 @@ QUOTED = re.findall(r"`([^`]+)`", "\n".join(help_texts(COMMANDS)))
 EXAMPLES = sorted({text.removeprefix("hydroservo ") for text in QUOTED if text.startswith("hydroservo ")})
 SERVES = re.compile("app ")  # until an interrupt
 ALONE = [text for text in EXAMPLES if "--scheduler" not in text and not SERVES.match(text)]
-OFTEN = [text for text in ALONE if not text.startswith("study ")]  # which take minutes
+RARE = re.compile("study |.*-windows")  # take minutes, or a cross compiler
+OFTEN = [text for text in ALONE if not RARE.match(text)]
 CHANGES = sorted({text for text in QUOTED if "=" in text} - {f"hydroservo {text}" for text in EXAMPLES})
 
 
