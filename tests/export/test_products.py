@@ -10,8 +10,8 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.core.outputs import OutputError
 from hydroservo.export import products
-from hydroservo.export.c.project import Proof
 from hydroservo.export.products import export_c, export_fmu, export_ssp
+from hydroservo.export.unit import Proof
 from hydroservo.scenario import load_scenario
 from tests.support.needs import needs
 

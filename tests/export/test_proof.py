@@ -7,10 +7,10 @@ import pytest
 
 from hydroservo import Loop, LoopError
 from hydroservo.core.errors import HydroservoError
-from hydroservo.export.c.project import Proof, proven_vectors
+from hydroservo.export.c.project import proven_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.products import proof_line
-from hydroservo.export.unit import CModule, Part, Precision
+from hydroservo.export.unit import CModule, Part, Precision, Proof
 from hydroservo.export.vectors import Vectors
 from hydroservo.scenario import load_scenario
 from tests.support.export.small_laws import NAMED, law

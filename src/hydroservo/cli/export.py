@@ -38,8 +38,16 @@ Prefix = Annotated[
         "--prefix",
         metavar="NAME",
         show_default="the scenario's name",
-        help="Prefix of all names: a C identifier.",
+        help="Prefix of all names.",
     ),
+]
+
+
+Digits = Annotated[
+    Precision, typer.Option("--precision", help="Precision of all numbers; single for controllers only.")
+]
+Inline = Annotated[
+    bool, typer.Option("--inline", help="Write the parameters as constants that cannot be changed later.")
 ]
 
 
@@ -76,14 +84,8 @@ def export_c_command(
     out: OutFolder,
     part: PartOption = Part.CONTROLLER,
     prefix: Prefix = None,
-    precision: Annotated[
-        Precision,
-        typer.Option("--precision", help="Precision of all numbers in the C; single for controllers only."),
-    ] = Precision.DOUBLE,
-    inline: Annotated[
-        bool,
-        typer.Option("--inline", help="Write the parameters into the source as constants, not as a record."),
-    ] = False,
+    precision: Digits = Precision.DOUBLE,
+    inline: Inline = False,
     json: Json = False,
 ) -> None:
     """Write C99 with test vectors, a program that replays them, a Makefile and a README.
@@ -126,18 +128,9 @@ def export_st_command(
     part: Annotated[
         Part, typer.Option("--unit", help="`controller`, with its observer and wrappers, or `demand`.")
     ] = Part.CONTROLLER,
-    prefix: Annotated[
-        str | None,
-        typer.Option(
-            "--prefix", metavar="NAME", show_default="the scenario's name", help="Prefix of all names."
-        ),
-    ] = None,
-    precision: Annotated[
-        Precision, typer.Option("--precision", help="LREAL, or REAL with single; for controllers only.")
-    ] = Precision.DOUBLE,
-    inline: Annotated[
-        bool, typer.Option("--inline", help="Make the parameters constants of the block, not an input.")
-    ] = False,
+    prefix: Prefix = None,
+    precision: Digits = Precision.DOUBLE,
+    inline: Inline = False,
     json: Json = False,
 ) -> None:
     """Write a controller or a demand as a function block in Structured Text (IEC 61131-3) for a PLC.

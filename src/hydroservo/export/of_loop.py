@@ -159,14 +159,14 @@ class ReadyUnit(NamedTuple):
         """The comment at the head of a file."""
         command = self.loop.command
         sampled = f", for a sample period of {self.runnable.simulation.period!r} s"
-        told = self.part in (Part.LOOP, Part.DEMAND) or is_volts(command)
+        in_volts = self.part in (Part.LOOP, Part.DEMAND) or is_volts(command)
         return ABOUT.format(
             bits=bits,
             title=self.title,
             hash=scenario_hash(self.loop),
             version=__version__,
             sampled="" if self.part is Part.EQUATIONS else sampled,
-            commands="" if told else COMMANDS.format(unit=command.unit, per_volt=float(command.per_volt)),
+            commands="" if in_volts else COMMANDS.format(unit=command.unit, per_volt=float(command.per_volt)),
         )
 
 

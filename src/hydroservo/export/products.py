@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
@@ -9,13 +10,13 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.nearest import one_of
 from hydroservo.core.outputs import check_outputs, written_or_kept
-from hydroservo.export.c.project import Proof, check_project, proven_vectors, write_c_project
+from hydroservo.export.c.project import check_project, proven_vectors, write_c_project
 from hydroservo.export.fmu import PARTS, check_clock, check_tools, checked_ending, write_fmu, write_ssp
 from hydroservo.export.of_loop import exported_block, exported_unit
 from hydroservo.export.st.names import unused_name
 from hydroservo.export.st.project import check_st_project, checked_st_prefix, write_st_project
 from hydroservo.export.texts import default_prefix
-from hydroservo.export.unit import CModule, FmiVersion, Part, Precision
+from hydroservo.export.unit import CModule, FmiVersion, Part, Precision, Proof
 from hydroservo.export.vectors import Vectors
 from hydroservo.runs.arguments import as_list, checked_loop, checked_path
 from hydroservo.runs.fitting import name_with_inner
@@ -93,10 +94,7 @@ def export_c(
     report(0.0, "translating")
     unit = translate_part(loop, wanted, name, prefix, digits, inlined)
     check_project(place, unit.prefix)
-    vectors, proof = prove(loop, unit, 0.2, report)
-    report(0.9, "writing files")
-    files = written_or_kept(place, lambda to: write_c_project(unit, vectors, to, proof))
-    return Export(unit, proof, tuple(files))
+    return proven_folder(loop, unit, place, report, partial(write_c_project, unit))
 
 
 def export_st(
@@ -149,10 +147,20 @@ def export_st(
     own = unused_name(own, set()) if prefix is None else checked_st_prefix(prefix)
     unit, module = exported_block(loop, wanted, prefix=own, title=title, precision=digits, inlined=inlined)
     check_st_project(place, [f"{own}.st", f"{own}.xml", f"{own}_replay.st", f"{own}_replay.xml"])
+    return proven_folder(loop, unit, place, report, partial(write_st_project, unit, module))
+
+
+def proven_folder(
+    loop: Loop,
+    unit: CModule,
+    place: Path,
+    report: Progress,
+    write: Callable[[Vectors, Path, Proof], list[Path]],
+) -> Export:
+    """An export that is written to a folder, after its C has passed its test vectors."""
     vectors, proof = prove(loop, unit, 0.2, report)
     report(0.9, "writing files")
-    files = written_or_kept(place, lambda to: write_st_project(unit, module, vectors, to, proof))
-    return Export(unit, proof, tuple(files))
+    return Export(unit, proof, tuple(written_or_kept(place, lambda to: write(vectors, to, proof))))
 
 
 def export_fmu(

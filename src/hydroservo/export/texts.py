@@ -5,10 +5,11 @@ import re
 import textwrap
 from collections.abc import Mapping
 from functools import cache
-from pathlib import PurePath
+from itertools import islice
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.core.errors import ParameterError, one_line
+from hydroservo.core.errors import HydroservoError, ParameterError, one_line
 from hydroservo.export.unit import Part, Signal
 from hydroservo.language.names import is_identifier
 
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     import jinja2
 
 WIDTH = 110  # of the longest line, as of the docstrings that comments come from
+OURS = "Written by hydroservo"
+OWN = re.compile(rf"{OURS}|\(scenario hash \w+, hydroservo ")  # the latter as vectors once began
+FIRST_LINES = 8
 MARKUP = re.compile(r"``|(?<=:):$|:\w+:(?=`)|`~?", re.MULTILINE)
 TAKEN = re.compile(
     # headers of C itself
@@ -78,6 +82,19 @@ def is_usable(prefix: str) -> bool:
 def plain_title(title: str) -> str:
     """A title in one line, which may stand in a comment of C."""
     return in_comment(title)
+
+
+def check_ours(path: Path) -> None:
+    """Refuse to replace a file that is not of an earlier export, as its first lines say."""
+    try:
+        if not path.exists():
+            return
+        with path.open(encoding="utf-8", errors="replace") as file:
+            if any(OWN.search(line) for line in islice(file, FIRST_LINES)):
+                return
+    except OSError as error:
+        raise HydroservoError(f"{path}: cannot be read: {error.strerror}") from None
+    raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; choose another folder")
 
 
 def render(template: str, context: Mapping[str, Any]) -> str:

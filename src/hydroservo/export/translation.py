@@ -1,15 +1,18 @@
 """A unit of a loop as functions and records, before it is written in a language."""
 
-from collections.abc import Mapping, Sequence
+import inspect
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from hydroservo.core.block import Block
 from hydroservo.core.field import Field
-from hydroservo.export.declared import in_arguments, in_parameters, in_state
+from hydroservo.export.declared import declarations_by_name, in_arguments, in_parameters, in_state
 from hydroservo.export.unit import Part
 from hydroservo.language.liveness import Liveness
-from hydroservo.language.terms import ConstantArray, Function, Record
+from hydroservo.language.terms import ConstantArray, Function, Record, Type
+
+Argument = TypeVar("Argument")
 
 
 class Translation(NamedTuple):
@@ -74,3 +77,45 @@ def ordered_records(records: Sequence[Any], needed: Liveness) -> list[Record]:
     for record in records:
         add(record)
     return list(found)
+
+
+class UnitWriter:
+    """What the writers of all languages know of a unit.
+
+    Args:
+        prefix: of the names that they write.
+        real: the type of numbers.
+        needed: what is needed; the rest is left out.
+        signals: the controlled signals in whose units the numbers of each record are; of others, all of them.
+    """
+
+    def __init__(
+        self, prefix: str, real: str, needed: Liveness, signals: Mapping[Record, Sequence[Field | None]]
+    ) -> None:
+        self.prefix, self.real, self.needed, self.signals = prefix, real, needed, signals
+        self.every = tuple(dict.fromkeys(signal for of_record in signals.values() for signal in of_record))
+
+    def kept(self, record: Record) -> Iterator[tuple[str, Type]]:
+        """The fields of a record that are written."""
+        return ((name, kind) for name, kind in record.fields.items() if self.needed.has(record, name))
+
+    def declared(self, record: Record) -> Iterator[tuple[str, Type, Field]]:
+        """Name, type and declaration of each of these."""
+        fields = declarations_by_name(record, self.signals.get(record, self.every))
+        return ((name, kind, fields.get(name, Field("", ""))) for name, kind in self.kept(record))
+
+    def arguments_of(self, function: Function, arguments: Sequence[Argument]) -> list[Argument]:
+        """Those of a call's arguments that a function takes."""
+        names = {name for name, _ in self.needed.takes(function)}
+        pairs = zip(function.parameters, arguments, strict=True)
+        return [argument for (name, _), argument in pairs if name in names]
+
+
+def about_record(record: Record) -> str:
+    """The name and the first sentence of a record's class; empty for one of several values."""
+    return f"{record.cls.__name__}: {first_paragraph(record.cls)}" if record.cls else ""
+
+
+def first_paragraph(documented: Any) -> str:
+    """The first paragraph of a docstring."""
+    return (inspect.getdoc(documented) or "").partition("\n\n")[0] if documented else ""

@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.core.field import Field
 
+TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 INTEGRATED = "machine"  # the argument of equations whose numbers an integrator carries on
 RATES = "rates."  # of them, in the state of equations
 
@@ -155,6 +156,27 @@ class CModule(NamedTuple):
         return tuple(signal.place for one in self.arguments if one.name == argument for signal in one.signals)
 
     @property
+    def inputs(self) -> list[Signal]:
+        """What ``step`` reads of its arguments, in their order."""
+        return [signal for argument in self.arguments for signal in argument.signals]
+
+    @property
     def command(self) -> bool:
         """True where ``step`` returns the command, which is the state's number ``u``."""
         return self.part is Part.CONTROLLER
+
+
+class Proof(NamedTuple):
+    """What was shown of an export when its vectors were made.
+
+    Attributes:
+        samples: of the vectors.
+        compiler: with which the C replays the vectors, bit for bit; empty if it was not tried.
+        unproved: why the C did not replay the vectors; empty if it did.
+        deviation: of numbers in single precision, as the replay prints it; empty if it was not measured.
+    """
+
+    samples: int
+    compiler: str = ""
+    unproved: str = ""
+    deviation: str = ""

@@ -15,7 +15,7 @@ TURNS = 17  # of them, from the smallest number to the largest
 POWERS = tuple((float(k), 2.0**k, 2.0**-k) for k in (32, 16, 8, 4, 2, 1))
 
 
-class Parted(NamedTuple):
+class NumberParts(NamedTuple):
     """A number as 2^exponent times its mantissa."""
 
     mantissa: float
@@ -51,7 +51,7 @@ def floor(x: float) -> float:
     return near - 1.0 if near > x else near
 
 
-def parted(x: float) -> Parted:
+def number_parts(x: float) -> NumberParts:
     """The parts of a normal x > 0, with a mantissa from sqrt(1/2) to sqrt(2)."""
     m, e = x, 0.0
     for _ in range(TURNS):
@@ -66,18 +66,18 @@ def parted(x: float) -> Parted:
         if m >= power:
             m, e = m * inverse, e + k
     if 0.5 * m < ROOT_HALF:
-        return Parted(m, e)
-    return Parted(0.5 * m, e + 1.0)
+        return NumberParts(m, e)
+    return NumberParts(0.5 * m, e + 1.0)
 
 
 def exponent(x: float) -> float:
     """The whole number e for which x = 2^e m with m in [sqrt(1/2), sqrt(2)); for normal x > 0."""
-    return parted(x).exponent
+    return number_parts(x).exponent
 
 
 def mantissa(x: float) -> float:
     """The m in [sqrt(1/2), sqrt(2)) for which x = 2^e m; for normal x > 0."""
-    return parted(x).mantissa
+    return number_parts(x).mantissa
 
 
 def power_of_two(n: float) -> float:

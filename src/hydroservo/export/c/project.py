@@ -1,40 +1,18 @@
 """The folder that an export in C is, with a replay of test vectors, and its proof before it is written."""
 
-import re
-from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.control.loop import Loop
-from hydroservo.core.errors import HydroservoError, LoopError
+from hydroservo.core.errors import LoopError
 from hydroservo.core.outputs import check_outputs, staged, temporary_folder, write_text
 from hydroservo.export.compilers import CompilerError, compile_file, compiler, run_tool
-from hydroservo.export.texts import render
-from hydroservo.export.unit import CModule, Part, Signal
+from hydroservo.export.texts import OURS, check_ours, render
+from hydroservo.export.unit import TOLERANCE, CModule, Part, Proof
 from hydroservo.export.vectors import Vectors, make_vectors
 
-TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
-OURS = "Written by hydroservo"
-OWN = re.compile(rf"{OURS}|\(scenario hash \w+, hydroservo ")  # the latter as vectors once began
-FIRST_LINES = 8
 SIZES = {"double": 8, "float": 4}  # bytes
 DEVIATES = "numbers in single precision deviate; README.md says by how much"
-
-
-class Proof(NamedTuple):
-    """What was shown of an export when its vectors were made.
-
-    Attributes:
-        samples: of the vectors.
-        compiler: with which the C replays the vectors, bit for bit; empty if it was not tried.
-        unproved: why the C did not replay the vectors; empty if it did.
-        deviation: of numbers in single precision, as the replay prints it; empty if it was not measured.
-    """
-
-    samples: int
-    compiler: str = ""
-    unproved: str = ""
-    deviation: str = ""
 
 
 class MemorySize(NamedTuple):
@@ -90,19 +68,6 @@ def check_project(folder: Path, prefix: str = "") -> None:
         check_ours(path)
 
 
-def check_ours(path: Path) -> None:
-    """Refuse to replace a file that is not of an earlier export, as its first lines say."""
-    try:
-        if not path.exists():
-            return
-        with path.open(encoding="utf-8", errors="replace") as file:
-            if any(OWN.search(line) for line in islice(file, FIRST_LINES)):
-                return
-    except OSError as error:
-        raise HydroservoError(f"{path}: cannot be read: {error.strerror}") from None
-    raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; choose another folder")
-
-
 def c_project(unit: CModule, vectors: Vectors, proof: Proof | None = None) -> dict[str, str]:
     """The texts of :func:`write_c_project` by file name."""
     p = unit.prefix
@@ -128,7 +93,7 @@ def names_in_c(unit: CModule) -> dict[str, object]:
         "init": ", ".join(("&state", *parameters)),
         "step": ", ".join(("&state", *parameters, *arguments)),
         "unit": next((signal.unit for signal in unit.states if signal.place == "u"), ""),
-        "reads_command": any(signal.path == "measurement.command" for signal in step_inputs(unit)),
+        "reads_command": any(signal.path == "measurement.command" for signal in unit.inputs),
         "memory": memory_size(unit),
         "tolerance": TOLERANCE,
     }
@@ -137,7 +102,7 @@ def names_in_c(unit: CModule) -> dict[str, object]:
 def numbers_in_c(unit: CModule, vectors: Vectors) -> dict[str, object]:
     """The test vectors, and the places where they go."""
     return {
-        "read": step_inputs(unit),
+        "read": unit.inputs,
         "places": [f"{one.name}.{signal.place}" for one in unit.arguments for signal in one.signals],
         "inputs": vectors.inputs.tolist(),
         "start": [signal.value for signal in unit.states],
@@ -145,11 +110,6 @@ def numbers_in_c(unit: CModule, vectors: Vectors) -> dict[str, object]:
         "samples": len(vectors.expected),
         "made": vectors.made,
     }
-
-
-def step_inputs(unit: CModule) -> list[Signal]:
-    """What ``step`` reads of its arguments, in their order."""
-    return [signal for argument in unit.arguments for signal in argument.signals]
 
 
 def proven_vectors(loop: Loop, part: Part, unit: CModule) -> tuple[Vectors, Proof]:

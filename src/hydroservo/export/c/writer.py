@@ -1,16 +1,15 @@
 """Writes translated functions and records as C99."""
 
-import inspect
 import math
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.core.field import Field
-from hydroservo.export.declared import declarations_by_name
 from hydroservo.export.single import SINGLE, single_literal
 from hydroservo.export.texts import comment, in_comment
+from hydroservo.export.translation import UnitWriter, about_record, first_paragraph
 from hydroservo.language.liveness import Liveness, matters
 from hydroservo.language.names import free_name, identifier
 from hydroservo.language.ranges import LARGEST
@@ -68,21 +67,13 @@ class NamedConstant(NamedTuple):
     text: str = ""
 
 
-class CWriter:
-    """The C text of functions and records, with what is not needed left out.
-
-    Args:
-        prefix: of the names of types.
-        real: "double" or "float".
-        needed: what is needed.
-        signals: the controlled signals in whose units the numbers of each record are; of others, all of them.
-    """
+class CWriter(UnitWriter):
+    """The C text of functions and records; numbers are of type double or float."""
 
     def __init__(
         self, prefix: str, real: str, needed: Liveness, signals: Mapping[Record, Sequence[Field | None]]
     ) -> None:
-        self.prefix, self.real, self.needed, self.signals = prefix, real, needed, signals
-        self.every = tuple(dict.fromkeys(one for found in signals.values() for one in found))
+        super().__init__(prefix, real, needed, signals)
         self.constants: dict[tuple[str, str, float], NamedConstant] = {}
         self.pointers: dict[str, bool] = {}  # of the function at hand: whether a name is a pointer
         self.renamed: dict[str, str] = {}
@@ -95,30 +86,15 @@ class CWriter:
             return f"{self.prefix}_{kind.name}"
         return self.real if kind == REAL else PLAIN[kind]  # type: ignore[index]
 
-    def kept(self, record: Record) -> Iterator[tuple[str, Type]]:
-        """The fields of a record that C has."""
-        return ((name, kind) for name, kind in record.fields.items() if self.needed.has(record, name))
-
-    def leaves(self, record: Record, place: str = "") -> Iterator[str]:
-        """The place of each number of a record."""
-        for name, kind in self.kept(record):
-            if isinstance(kind, Record):
-                yield from self.leaves(kind, f"{place}{identifier(name)}.")
-            else:
-                yield place + identifier(name)
-
     def record(self, record: Record) -> str:
         """The definition of a record's type."""
-        fields = declarations_by_name(record, self.signals.get(record, self.every))
         body = []
-        for name, kind in self.kept(record):
-            declared = fields.get(name, Field("", ""))
-            unit = f"[{declared.unit}] " if declared.unit else ""
-            said = in_comment(f"{unit}{declared.meaning}")
-            body.append(f"{self.type(kind)} {identifier(name)};" + (f" /* {said} */" if said else ""))
-        what = (inspect.getdoc(record.cls) or "").partition("\n\n")[0] if record.cls else ""
-        said = comment(f"{record.cls.__name__}: {what}") if record.cls else ""
-        return said + "\n".join(["typedef struct {", *body, f"}} {self.type(record)};", ""])
+        for name, kind, field in self.declared(record):
+            remark = in_comment(f"{f'[{field.unit}] ' if field.unit else ''}{field.meaning}")
+            body.append(f"{self.type(kind)} {identifier(name)};" + (f" /* {remark} */" if remark else ""))
+        about = about_record(record)
+        lines = ["typedef struct {", *body, f"}} {self.type(record)};", ""]
+        return (comment(about) if about else "") + "\n".join(lines)
 
     # functions
 
@@ -164,7 +140,7 @@ class CWriter:
         return [f"{self.type(kind)} {name};" for name, kind in function.locals.items() if name in live]
 
     def said(self, function: Function) -> list[str]:
-        text = (inspect.getdoc(function.origin) or "").partition("\n\n")[0] if function.origin else ""
+        text = first_paragraph(function.origin)
         return [comment(text).rstrip()] if text else []
 
     def statements(self, body: Sequence[Statement], function: Function, returned: str) -> list[str]:
@@ -260,7 +236,9 @@ class CWriter:
                 parts = [self.inner(part, UNARY) for part in (condition, a, b)]
                 return f"{parts[0]} ? {parts[1]} : {parts[2]}", CHOICE
             case Call(function=function, arguments=arguments):
-                return self.call(function, self.given(function, arguments)), ATOM
+                return self.call(
+                    function, list(map(self.argument, self.arguments_of(function, arguments)))
+                ), ATOM
             case Make(values=values):
                 return self.made(value.type, values), ATOM  # type: ignore[arg-type]
         raise AssertionError(value)
@@ -286,11 +264,6 @@ class CWriter:
         library = not function.body and function.written is None
         name = f"{function.name}f" if library and self.real == "float" else function.name
         return f"{name}({', '.join(arguments)})"
-
-    def given(self, function: Function, arguments: Sequence[Expression]) -> list[str]:
-        taken = {name for name, _ in self.needed.takes(function)}
-        pairs = zip(function.parameters, arguments, strict=True)
-        return [self.argument(one) for (name, _), one in pairs if name in taken]
 
     def argument(self, value: Expression) -> str:
         return self.address(value) if isinstance(value.type, Record) else self.value(value)

@@ -212,9 +212,7 @@ class ExpressionWriter:
 
     def arguments(self, call: Call) -> str:
         """What a function takes of a call's arguments."""
-        taken = {name for name, _ in self.writer.needed.takes(call.function)}
-        pairs = zip(call.function.parameters, call.arguments, strict=True)
-        return ", ".join(self.value(one) for (name, _), one in pairs if name in taken) or "FALSE"
+        return ", ".join(map(self.value, self.writer.arguments_of(call.function, call.arguments))) or "FALSE"
 
 
 def opposite(value: Expression) -> Unary:

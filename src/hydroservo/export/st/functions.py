@@ -1,6 +1,5 @@
 """Writes translated functions as functions of Structured Text."""
 
-import inspect
 from collections.abc import Callable, Sequence
 from itertools import starmap
 
@@ -9,6 +8,7 @@ from hydroservo.export.st.expressions import ExpressionWriter, is_simple, opposi
 from hydroservo.export.st.pou import Declaration, Pou
 from hydroservo.export.st.primitives import NO_ARGUMENT
 from hydroservo.export.st.writer import STWriter
+from hydroservo.export.translation import first_paragraph
 from hydroservo.language.liveness import matters
 from hydroservo.language.terms import (
     INT,
@@ -46,13 +46,13 @@ class FunctionWriter(ExpressionWriter):
             if name in live:
                 self.variable(name, kind)
         self.statements(function.body, last=True)
-        about = (inspect.getdoc(function.origin) or "").partition("\n\n")[0] if function.origin else ""
         sections = {
             "VAR_INPUT": list(starmap(Declaration, (self.inputs or {NO_ARGUMENT: "BOOL"}).items())),
             "VAR": list(starmap(Declaration, self.locals.items())),
             # last, as one compiler takes all declarations behind them for constants
             "VAR CONSTANT": list(self.constants.values()),
         }
+        about = first_paragraph(function.origin)
         return Pou(self.name, writer.type(function.returns), about, sections, self.lines)
 
     def nested(self, body: Sequence[Statement], last: bool = False) -> None:

@@ -26,7 +26,7 @@ PORTABLE: dict[Any, Any] = {
 }
 
 
-def translated(function: Any) -> Callable[[Translator, Sequence[Type]], Function]:
+def translate_by_text(function: Any) -> Callable[[Translator, Sequence[Type]], Function]:
     """What translates a function of numbers by its own text."""
     return lambda translator, arguments: translator.function(function, [REAL] * len(arguments))
 
@@ -36,16 +36,16 @@ def infinite_text(shape: Record) -> FunctionType:
     return parts.infinite_text(shape, "is_infinite({})", is_infinite=portable.is_infinite)
 
 
-def refused(*_: object) -> Function:
+def refuse_random(*_: object) -> Function:
     """Random numbers take whole numbers without a sign, which wrap round."""
     raise TranslationError("random numbers have no Structured Text")
 
 
 WRITTEN: dict[Any, Callable[[Translator, Sequence[Type]], Function]] = {
-    **{origin: translated(function) for origin, function in PORTABLE.items()},
+    **{origin: translate_by_text(function) for origin, function in PORTABLE.items()},
     **state_text.TRANSLATED,
     parts.infinite: state_text.for_records(infinite_text, 0),
-    random.drawn: refused,
+    random.drawn: refuse_random,
     basic.sqrt: always(numbers.SQRT),
     functions.whole_modulo: always(numbers.MODULO),
     functions.whole_quotient: always(numbers.QUOTIENT),

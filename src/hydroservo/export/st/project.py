@@ -5,14 +5,13 @@ from pathlib import Path
 
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.outputs import check_outputs, staged, write_text
-from hydroservo.export.c.project import OURS, Proof, check_ours, step_inputs
 from hydroservo.export.st.exchange import plcopen_xml, twincat_files
 from hydroservo.export.st.names import unused_name
 from hydroservo.export.st.pou import block_comment
 from hydroservo.export.st.replay import replay_of
 from hydroservo.export.st.source import STModule
-from hydroservo.export.texts import render
-from hydroservo.export.unit import CModule
+from hydroservo.export.texts import OURS, check_ours, render
+from hydroservo.export.unit import CModule, Proof
 from hydroservo.export.vectors import Vectors
 
 TWINCAT = "twincat"  # the folder of its files
@@ -80,7 +79,7 @@ def st_project(unit: CModule, module: STModule, vectors: Vectors, proof: Proof) 
         "mark": mark,
         "proof": proof,
         "samples": len(vectors.expected),
-        "inputs": list(zip(module.inputs, step_inputs(unit), strict=True)),
+        "inputs": list(zip(module.inputs, unit.inputs, strict=True)),
         "controls": module.block.sections["VAR_INPUT"][len(module.inputs) + 1 :],
         "outputs": module.outputs,
         "states": list(zip(module.states, unit.states, strict=True)),

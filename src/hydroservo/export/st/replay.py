@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.export.c.project import TOLERANCE
 from hydroservo.export.layout import INDENT, ST, split_statement
 from hydroservo.export.st.numbers import BEYOND, literal_of, parts_of
 from hydroservo.export.st.pou import Declaration, Pou
 from hydroservo.export.st.primitives import text_function, with_callees
 from hydroservo.export.st.source import REALS, STModule
 from hydroservo.export.st.writer import block_name
-from hydroservo.export.unit import CModule, Part
+from hydroservo.export.unit import TOLERANCE, CModule, Part
 from hydroservo.export.vectors import Vectors
 
 MISSING = 2 * BEYOND  # the exponent that stands for not-a-number in test vectors

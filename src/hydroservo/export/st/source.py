@@ -187,9 +187,7 @@ class BlockWriter(NamedTuple):
 
     def call(self, function: Function, arguments: Sequence[str]) -> str:
         """A call with what the function takes of these arguments."""
-        taken = {name for name, _ in self.writer.needed.takes(function)}
-        pairs = zip(function.parameters, arguments, strict=True)
-        given = ", ".join(argument for (name, _), argument in pairs if name in taken)
+        given = ", ".join(self.writer.arguments_of(function, arguments))
         return f"{self.writer.function_name(function)}({given or 'FALSE'})"
 
 

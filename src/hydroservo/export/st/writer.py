@@ -1,16 +1,15 @@
 """Writes records as structures of Structured Text, and knows what everything is called."""
 
-import inspect
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from hydroservo.core.field import Field
-from hydroservo.export.declared import declarations_by_name
 from hydroservo.export.single import SINGLE
 from hydroservo.export.st.names import unused_name
 from hydroservo.export.st.numbers import literal_of, parts_of
 from hydroservo.export.st.pou import Declaration, Pou, Structure, remark
 from hydroservo.export.st.primitives import TEXTS, text_function, with_callees
+from hydroservo.export.translation import UnitWriter, about_record
 from hydroservo.language.liveness import Liveness
 from hydroservo.language.names import identifier
 from hydroservo.language.scope import TranslationError
@@ -33,21 +32,13 @@ OWN = frozenset(VARIABLES.split())  # in every function block
 RESERVED = ("defaults", "expected", "differs")  # functions of the block and of its replay
 
 
-class STWriter:
-    """The text of functions and records in Structured Text, with what is not needed left out.
-
-    Args:
-        prefix: of all global names.
-        real: "LREAL" or "REAL".
-        needed: what is needed.
-        signals: the controlled signals in whose units the numbers of each record are; of others, all of them.
-    """
+class STWriter(UnitWriter):
+    """What everything in Structured Text is called, and the text of records; numbers are LREAL or REAL."""
 
     def __init__(
         self, prefix: str, real: str, needed: Liveness, signals: Mapping[Record, Sequence[Field | None]]
     ) -> None:
-        self.prefix, self.real, self.needed, self.signals = prefix, real, needed, signals
-        self.every = tuple(dict.fromkeys(signal for of_record in signals.values() for signal in of_record))
+        super().__init__(prefix, real, needed, signals)
         own = (block_name(prefix), *(f"{prefix}_{name}" for name in (*TEXTS, *RESERVED)))
         self.taken = {name.casefold() for name in own}
         self.types: dict[Record, str] = {}
@@ -78,10 +69,6 @@ class STWriter:
             self.types[kind] = self.global_name(kind.name)
         return self.types[kind]
 
-    def kept(self, record: Record) -> Iterator[tuple[str, Type]]:
-        """The fields of a record that are written."""
-        return ((name, kind) for name, kind in record.fields.items() if self.needed.has(record, name))
-
     def member(self, record: Record, name: str) -> str:
         """The name of a record's field."""
         if record not in self.members:
@@ -100,14 +87,11 @@ class STWriter:
 
     def record(self, record: Record) -> Structure:
         """The definition of a record's type."""
-        declared = declarations_by_name(record, self.signals.get(record, self.every))
-        about = (inspect.getdoc(record.cls) or "").partition("\n\n")[0] if record.cls else ""
-        fields = []
-        for name, kind in self.kept(record):
-            field = declared.get(name, Field("", ""))
-            own = self.member(record, name)
-            fields.append(Declaration(own, self.type(kind), remark(field.unit, field.meaning)))
-        return Structure(self.type(record), f"{record.cls.__name__}: {about}" if record.cls else "", fields)
+        fields = [
+            Declaration(self.member(record, name), self.type(kind), remark(field.unit, field.meaning))
+            for name, kind, field in self.declared(record)
+        ]
+        return Structure(self.type(record), about_record(record), fields)
 
     # functions
 
