@@ -63,8 +63,8 @@ def test_json_is_one_object(tmp_path):
     said = json.loads(succeeded(*C, "--out", tmp_path, "--precision", "single", "--prefix", "rig", "--json"))
     proof = said.pop("proof")
     assert proof["samples"] == 500
-    assert proof["compiler"] == ""
-    assert "single precision" in proof["unproved"]
+    assert (proof["compiler"], proof["unproved"]) == ("cc", "")
+    assert "in single precision against double" in proof["deviation"]
     assert said == {
         "scenario": "paper/sine-pi",
         "hash": scenario_hash(load_scenario("paper/sine-pi", {"simulation.duration": 0.02})),

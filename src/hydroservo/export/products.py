@@ -322,4 +322,5 @@ def proof_line(proof: Proof) -> str:
     """Whether the C passed its vectors here."""
     if proof.unproved:
         return f"not checked: {proof.unproved}"
-    return f"checked with {proof.compiler}: {proof.samples} samples bit for bit"
+    shown = proof.deviation.rpartition(": ")[2] or f"{proof.samples} samples bit for bit"
+    return f"checked with {proof.compiler}: {shown}"

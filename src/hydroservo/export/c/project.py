@@ -12,7 +12,6 @@ from hydroservo.export.unit import TOLERANCE, CModule, Part, Proof
 from hydroservo.export.vectors import Vectors, make_vectors
 
 SIZES = {"double": 8, "float": 4}  # bytes
-DEVIATES = "numbers in single precision deviate; README.md says by how much"
 
 
 class MemorySize(NamedTuple):
@@ -145,9 +144,7 @@ def proof_of(unit: CModule, vectors: Vectors) -> Proof:
             if why := compiler_fault(folder):
                 return Proof(samples, unproved=why)
             raise LoopError(f"nothing is written: {error}; {whose_fault()}") from None
-    if unit.real != "double":
-        return Proof(samples, unproved=DEVIATES, deviation=said)
-    return Proof(samples, compiler=Path(compiler()[0]).name)
+    return Proof(samples, Path(compiler()[0]).name, deviation="" if unit.real == "double" else said)
 
 
 def replay_output(unit: CModule, vectors: Vectors, folder: Path) -> str:
