@@ -25,7 +25,7 @@ from tools.targets.laws import LAWS, types_in
 
 PERIOD = 1e-4
 PERIODS = 200
-LOOPS = len(LAWS)  # of different blocks
+LOOPS = 2 * len(LAWS)  # of different blocks
 
 
 def picked(cls: type, draw: np.random.Generator) -> Block:

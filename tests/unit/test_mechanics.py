@@ -8,7 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.core.block import Block
+from hydroservo.core.errors import ParameterError
+from hydroservo.core.validation import checked
 from hydroservo.machine.mechanics import (
+    Contact,
     ElastoPlastic,
     LuGre,
     LuGreState,
@@ -20,6 +23,7 @@ from hydroservo.machine.mechanics import (
     Stribeck,
     Viscous,
 )
+from hydroservo.machine.plants import Cylinder
 from hydroservo.testing.examples import example
 
 velocities = st.floats(-1.0, 1.0)
@@ -208,3 +212,40 @@ class TestOneLinkArm:
 def test_friction_is_odd(friction: Block, v: float, net: float) -> None:
     there = friction.force(friction.init(), v, net, 6.0)
     assert friction.force(friction.init(), -v, -net, 6.0) == -there
+
+
+class TestContact:
+    contact = Contact(Mass(5.0, rise=1.0), position=0.1, stiffness=1e6, dissipation=2.0)
+
+    def test_the_force_adds_to_the_mechanism_and_never_pulls(self) -> None:
+        weight = Mass(5.0, rise=1.0).resistance(0.0, 0.0)
+        assert self.contact.resistance(0.1, 0.3) == weight
+        assert self.contact.resistance(0.102, 0.1) == pytest.approx(weight + 2e3 * 1.2)
+        assert self.contact.resistance(0.102, -0.7) == weight
+        assert self.contact.inertia(0.2) == 5.0
+
+    @pytest.mark.parametrize("speed", [0.05, 0.2])
+    def test_a_free_mass_bounces_as_from_the_stops(self, speed: float) -> None:
+        """Of Stops' docstring: c v_i - ln(1 + c v_i) = -c v_o - ln(1 - c v_o), by bisection."""
+        contact = self.contact._replace(mechanism=Mass(5.0))
+        x, v, dt = 0.1, speed, 1e-7
+        while x >= 0.1:
+            a = -contact.resistance(x + 0.5 * dt * v, v) / 5.0
+            v, x = v + dt * a, x + dt * (v + 0.5 * dt * a)
+        c, low, high = 2.0, 0.0, speed
+        lost = c * speed - math.log1p(c * speed)
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if -c * middle - math.log1p(-c * middle) < lost else (low, middle)
+        assert -v == pytest.approx(low, rel=1e-4)
+
+    @pytest.mark.parametrize("position", [0.02, 0.3])
+    def test_a_contact_at_the_start_or_beyond_the_stroke_is_refused(self, position: float) -> None:
+        with pytest.raises(ParameterError, match=r"from the start, 0.039.*below the stroke, 0.078"):
+            checked(example(Cylinder, mechanism=self.contact._replace(position=position)))
+
+    def test_it_passes_on_what_its_mechanism_has(self) -> None:
+        on_arm = self.contact._replace(mechanism=ARM)
+        assert on_arm.tip(0.05) == ARM.tip(0.05)
+        assert on_arm.positions() == ARM.positions()
+        assert self.contact.positions() == (-math.inf, math.inf)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from hydroservo.control.references import Chirp, Multisine, Ramp, Recorded, Sine, Square, Step
+from hydroservo.control.references import Chirp, Multisine, Ramp, Recorded, Sine, Square, Step, ThereAndBack
 from hydroservo.core.time_series import TimeSeries
 from hydroservo.testing.examples import example
 
@@ -84,3 +84,13 @@ def test_recorded_takes_value_and_derivatives_from_the_record() -> None:
 
 def test_the_default_record_is_zero() -> None:
     assert [Recorded().at(t) for t in (-1.0, 0.0, 0.5, 1.0, 2.0)] == [(0.0, 0.0, 0.0)] * 5
+
+
+def test_there_and_back_mirrors_the_nested_demand_in_time() -> None:
+    there = Ramp(0.1, 0.3, rate=0.5, time=0.2)
+    demand = ThereAndBack(there, turn=1.0)
+    for t in (0.0, 0.3, 0.5, 0.9, 1.0):
+        value, rate, second_rate = there.at(t)
+        assert demand.at(t) == (value, rate, second_rate)
+        if t < 1.0:
+            assert demand.at(2.0 - t) == pytest.approx((value, -rate, second_rate))

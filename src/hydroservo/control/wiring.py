@@ -102,10 +102,12 @@ def is_open(block: Block) -> bool:
 def with_signal(block: Block, controls: Block) -> Block:
     """A controller, and the blocks in it, with what they control in place of :class:`ThisSignal`.
 
-    That is the signal of the loop, or the ``inner_controls`` of the law around it.
+    That is the signal of the loop, or what the law around it controls, or has as its ``inner_controls``.
     """
     if isinstance(block, ThisSignal):
         return controls
+    own = getattr(block, "controls", controls)
+    controls = controls if isinstance(own, ThisSignal) else own
     parts = {
         name: with_signal(part, inner_signal(block, name, controls))
         for name, part in block._asdict().items()
@@ -129,8 +131,8 @@ def inner_signal(law: Block, name: str, controls: Block) -> Block:
 def check_signals(law: Block, controls: Block, path: str) -> None:
     """Refuse a law that cannot control what its loop does."""
     name, own = controls.declared().meaning, getattr(law, "controls", None)
-    open_to = getattr(law, "signals", (type(controls),))
-    able = open_to if own is None or isinstance(own, ThisSignal) else (type(own),)
+    fixed = () if own is None or isinstance(own, ThisSignal) else (type(own),)
+    able = getattr(law, "signals", fixed) or (type(controls),)
     if type(controls) not in able:
         others = " or ".join(one().declared().meaning for one in able)
         problem = f"controls the {others}, and here the {name} is controlled"
@@ -138,8 +140,9 @@ def check_signals(law: Block, controls: Block, path: str) -> None:
     if own is not None and isinstance(controls, Command):
         problem = "closes a loop, and an open one has none: its law is OpenLoop"
         raise ParameterError(path, type(law).__name__, problem)
-    if hasattr(law, "controller"):
-        check_signals(law.controller, inner_signal(law, "controller", controls), f"{path}.controller")
+    for name in {"controller", "limiting"}.intersection(law._fields):
+        inner = inner_signal(law, name, own if fixed else controls)
+        check_signals(getattr(law, name), inner, f"{path}.{name}")
 
 
 def with_model(block: Block, model: DesignModel) -> Block:

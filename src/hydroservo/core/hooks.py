@@ -127,6 +127,12 @@ HOOKS = (
     Hook("area_a", Plant, None, "the piston's area [m^2] towards chamber a, for sensors of pressures"),
     Hook("area_b", Plant, None, "the piston's area [m^2] towards chamber b, for sensors of pressures"),
     Hook("piston_area", Plant, None, "both areas [m^2] of a plant that has but one"),
+    Hook(
+        "check_within",
+        Mechanism,
+        ("start_position", "stroke"),
+        "refuses a piston's start or stroke [m] that the mechanism does not go with",
+    ),
     Hook("positions", Mechanism, (), "the least and the largest position that the mechanism can take [m]"),
     Hook("gain", Valve, None, "what a design model knows of the spool [m/V]"),
     Hook("time", Reference, None, "when the demand begins to change [s], which runs want within them"),

@@ -171,7 +171,7 @@ class Proof(NamedTuple):
 
     Attributes:
         samples: of the vectors.
-        compiler: with which the C replays the vectors, in double precision bit for bit; empty if it was not tried.
+        compiler: with which the C replays the vectors, in double precision bit for bit; empty if none did.
         unproved: why the C did not replay the vectors; empty if it did.
         deviation: of numbers in single precision, as the replay prints it; empty if it was not measured.
     """

@@ -9,7 +9,8 @@ from typing import Any, TypeVar, cast
 from hydroservo.control import controllers, error_dynamics, observers
 from hydroservo.control.holds import DelayedHold
 from hydroservo.control.loop import Loop, Simulation
-from hydroservo.control.references import Chirp, Multisine, PointToPoint, Ramp, Step
+from hydroservo.control.monitors import ContactForce
+from hydroservo.control.references import Chirp, Multisine, PointToPoint, Ramp, Step, ThereAndBack
 from hydroservo.core.block import Block
 from hydroservo.core.curve import Curve
 from hydroservo.machine import drives, mechanics, sensors
@@ -59,6 +60,7 @@ OIL = ConstantOil(PLANT.bulk_modulus)
 CHECK_VALVE = drives.CheckValve(cracking_pressure=5e4, conductance=1e-9)
 KALMAN = observers.KalmanObserver(100.0, 1e6, velocity_noise=5e-4, hydraulic_force_noise=5.0)
 TRANSDUCER = sensors.PressureTransducer(0.0, 60e5)
+PRESSING = controllers.FixedDemand(controllers.PID(0.05, 0.1, anti_windup=1.0), 50.0)
 ARM = mechanics.OneLinkArm(
     base_distance=0.3,
     pin_distance=0.08,
@@ -114,6 +116,8 @@ BLOCKS: tuple[Block, ...] = (
     ),
     controllers.Cascade(LAW, proportional_gain=10.0, max_velocity=0.1, rate_feedforward=1.0),
     CavitatingOil(PLANT.bulk_modulus),
+    ContactForce(50.0),
+    mechanics.Contact(mechanics.Mass(PLANT.mass), position=0.05, stiffness=1e6, dissipation=1.0),
     Chirp(AMPLITUDE),
     CurvedEdges(VALVE.max_opening, NOTCHES),
     ConstantLoad(FORCE),
@@ -160,6 +164,8 @@ BLOCKS: tuple[Block, ...] = (
     sensors.Encoder(1e-6),
     sensors.ExactDifferentiator(1.0),
     sensors.FilteredDifference(2e-3),
+    PRESSING,
+    controllers.ForceLimit(LAW, PRESSING),
     FourCurves(VALVE.max_opening, NOTCHES, NOTCHES, NOTCHES, NOTCHES),
     controllers.FirstOrderADRC(103.0, bandwidth=50.0, observer_bandwidth=200.0),
     controllers.SecondOrderADRC(1.34e6, bandwidth=100.0, observer_bandwidth=500.0),
@@ -167,6 +173,7 @@ BLOCKS: tuple[Block, ...] = (
     observers.HighGainObserver(200.0, 100.0),
     controllers.HInfinityLoopShaping(3.0, 600.0, machine.VALVE_LAG),
     error_dynamics.HomogeneousErrorDynamics(3e3, 200.0, exponent=0.8),
+    controllers.Impedance(LAW, force=50.0, mass=1.0, damping=1e3),
     controllers.InternalModel(
         1e-3, 0.25, 30.0, resonant_rate=30.0, time_constant=machine.VALVE_LAG, anti_windup=0.2
     ),
@@ -216,6 +223,7 @@ BLOCKS: tuple[Block, ...] = (
     GasAccumulator(precharge=30e5, gas_volume=5e-4),
     Step(0.0, AMPLITUDE, time=1e-3),
     StepLoad(0.0, FORCE),
+    ThereAndBack(Ramp(0.0, AMPLITUDE, rate=0.1, time=1e-3), turn=3e-3),
     mechanics.Stribeck(40.0, 60.0, 5e-3, PLANT.damping),
     mechanics.SwingingLoad(2.0, centre_distance=0.4, moment_of_inertia=0.02, damping=0.05),
     controllers.ValveInversion(LAW, machine.VALVE_LAG),

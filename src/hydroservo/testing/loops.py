@@ -68,7 +68,7 @@ def start_in_motion(loop: Loop) -> Loop:
 
 def signal_for(law: Block) -> Block:
     """What a loop is to control with a law: the velocity, unless the law says that it cannot."""
-    return getattr(law, "signals", (Velocity,))[0]()
+    return (getattr(law, "signals", ()) or (Velocity,))[0]()
 
 
 def with_its_machine(loop: Loop) -> Loop:

@@ -22,8 +22,11 @@ from hydroservo.control.controllers.dead_band_jump import DeadBandJump, DeadBand
 from hydroservo.control.controllers.delay import Delay, DelayState
 from hydroservo.control.controllers.directional_gain import DirectionalGain, DirectionalGainState
 from hydroservo.control.controllers.first_order_adrc import FirstOrderADRC, FirstOrderADRCState
+from hydroservo.control.controllers.fixed_demand import FixedDemand, FixedDemandState
 from hydroservo.control.controllers.flow_compensation import FlowCompensation, FlowCompensationState
+from hydroservo.control.controllers.force_limit import ForceLimit, ForceLimitState
 from hydroservo.control.controllers.h_infinity import HInfinityLoopShaping, HInfinityLoopShapingState
+from hydroservo.control.controllers.impedance import Impedance, ImpedanceState
 from hydroservo.control.controllers.internal_model import InternalModel, InternalModelState
 from hydroservo.control.controllers.inverted_polarity import InvertedPolarity, InvertedPolarityState
 from hydroservo.control.controllers.inverting import Inverting, InvertingState
@@ -79,10 +82,16 @@ __all__ = [
     "DirectionalGainState",
     "FirstOrderADRC",
     "FirstOrderADRCState",
+    "FixedDemand",
+    "FixedDemandState",
     "FlowCompensation",
     "FlowCompensationState",
+    "ForceLimit",
+    "ForceLimitState",
     "HInfinityLoopShaping",
     "HInfinityLoopShapingState",
+    "Impedance",
+    "ImpedanceState",
     "InternalModel",
     "InternalModelState",
     "InvertedPolarity",

@@ -3,6 +3,7 @@
 from hydroservo.control.monitors.chamber_pressures import ChamberPressures
 from hydroservo.control.monitors.command_effort import CommandEffort
 from hydroservo.control.monitors.command_energy import CommandEnergy
+from hydroservo.control.monitors.contact_force import ContactForce
 from hydroservo.control.monitors.disturbance import Disturbance
 from hydroservo.control.monitors.energy import Energy
 from hydroservo.control.monitors.integral_criteria import IntegralCriteria
@@ -17,6 +18,7 @@ __all__ = [
     "ChamberPressures",
     "CommandEffort",
     "CommandEnergy",
+    "ContactForce",
     "Disturbance",
     "Energy",
     "IntegralCriteria",

@@ -8,6 +8,7 @@ from hydroservo.control.references.recorded import Recorded
 from hydroservo.control.references.sine import Sine
 from hydroservo.control.references.square import Square
 from hydroservo.control.references.step import Step
+from hydroservo.control.references.there_and_back import ThereAndBack
 
 __all__ = [
     "Chirp",
@@ -18,4 +19,5 @@ __all__ = [
     "Sine",
     "Square",
     "Step",
+    "ThereAndBack",
 ]

@@ -52,9 +52,10 @@ def at_samples(cls: BlockClass) -> BlockClass:
 
 
 def controlling(*signals: type) -> Callable[[BlockClass], BlockClass]:
-    """Says of a law which signals it can control, such as ``@controlling(Velocity)``; one that does not, any.
+    """Says of a law which signals a loop with it can control, such as ``@controlling(Velocity)``; none: any.
 
-    It stands above the class, beside its role. A loop that controls another is refused.
+    It stands above the class, beside its role. A loop that controls another is refused. A law without it goes
+    with any signal, or with its field ``controls`` alone where that has a default.
     """
 
     def say(cls: BlockClass) -> BlockClass:

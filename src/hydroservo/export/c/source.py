@@ -186,8 +186,12 @@ def entry_texts(translation: Translation, writer: CWriter, inlined: bool) -> lis
     for function, head, end in zip(
         (translation.init, translation.step), heads(translation, writer, inlined), ([], last), strict=True
     ):
-        unread = not inlined and "self" not in dict(writer.needed.takes(function))
-        first = ["(void)parameters;"] if unread else []
+        read = dict(writer.needed.takes(function)) | ({"self": None} if inlined else {})
+        first = [
+            f"(void){renamed.get(name, name)};"
+            for name, kind in function.parameters
+            if name not in read and writer.needed.kept(kind)
+        ]
         texts.append(writer.entry(function, head, renamed, {"self": not inlined}, FunctionEnds(first, end)))
     return texts
 

@@ -1,5 +1,6 @@
 """What the piston moves and what resists it: mechanisms, frictions and end stops, one a file."""
 
+from hydroservo.machine.mechanics.contact import Contact
 from hydroservo.machine.mechanics.elasto_plastic import ElastoPlastic
 from hydroservo.machine.mechanics.lugre import LuGre, LuGreState
 from hydroservo.machine.mechanics.mass import Mass
@@ -13,6 +14,7 @@ from hydroservo.machine.mechanics.swinging_load import SwingingLoad, SwingingLoa
 from hydroservo.machine.mechanics.viscous import Viscous, ViscousState
 
 __all__ = [
+    "Contact",
     "ElastoPlastic",
     "LuGre",
     "LuGreState",

@@ -168,6 +168,8 @@ class Cylinder(NamedTuple):
                     f"its lengths do not go with the stroke, 0 to {self.stroke:g} [m]"
                 )
                 raise ParameterError("mechanism", type(self.mechanism).__name__, allowed)
+        if hasattr(self.mechanism, "check_within"):
+            self.mechanism.check_within(self.start_position, self.stroke)
         if hasattr(self.carried, "check_on"):
             self.carried.check_on(self.mechanism)
         for name in ("start_pressure_a", "start_pressure_b"):
