@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hydroservo.audits.monitors import ToneAnswer
 from hydroservo.control.controlled.velocity import Velocity
+from hydroservo.control.controllers.dither import without_dither
 from hydroservo.control.loop import Loop
 from hydroservo.control.references.ramp import Ramp
 from hydroservo.core import ops
@@ -62,14 +63,19 @@ def busiest_instant(loop: Loop) -> float:
 
 
 def freeze_loop(loop: Loop, time: float) -> FrozenLoop:
-    """The loop as it is at an instant [s], with sensors that are exact and have no steps of resolution.
+    """The loop at an instant [s], without dither, and with sensors that are exact and have no steps.
 
     Its machine moves evenly as a demanded velocity asks, or rests where it cannot and where another signal is
     controlled; and what it then shows is demanded, to the last digit, for a law that switches feels any other
     offset.
     """
     demand, force = loop.reference.at(time).value, loop.load.force(time)
-    still = loop._replace(load=Constant(force), start=Steady(), sensors=smoothed(exact_sensors(loop.sensors)))
+    still = loop._replace(
+        controller=without_dither(loop.controller),
+        load=Constant(force),
+        start=Steady(),
+        sensors=smoothed(exact_sensors(loop.sensors)),
+    )
     begun, command = runnable_loop(still)._replace(start=Steady()), 0.0
     if isinstance(loop.controls, Velocity):
         with suppress(ParameterError):

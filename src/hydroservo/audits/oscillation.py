@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 from hydroservo.audits.monitors import swing
 from hydroservo.control.controlled import Command
+from hydroservo.control.controllers.dither import without_dither
 from hydroservo.control.error_dynamics import ExplicitReaching, ImplicitReaching, SmoothReaching
 from hydroservo.control.loop import AUTO, Loop
 from hydroservo.control.monitors import Oscillation
@@ -78,6 +79,13 @@ def with_shorter_period(loop: Loop) -> Loop:
     return loop._replace(simulation=simulation, hold=hold)
 
 
+def with_still_command(loop: Loop) -> Loop | None:
+    """The loop without dither; None where it has none."""
+    law = without_dither(loop.controller)
+    changed: Loop | None = None if law == loop.controller else loop._replace(controller=law)
+    return changed
+
+
 def with_implicit_steps(loop: Loop) -> Loop | None:
     """The loop with implicit steps where its law switches at the sample; None where it does not."""
     law = implicit_twin(loop.controller)
@@ -146,6 +154,7 @@ CAUSES = (
         "without the steps of the sensors",
         field_change("sensors", {"resolution": lambda _: FINE, "bits": to_zero}),
     ),
+    Cause("dither", "without the dither", with_still_command),
     Cause("sensor noise", "without the sensors' noise", field_change("sensors", {"noise": to_zero})),
     Cause("switching", "with implicit steps in place of its switching", with_implicit_steps),
     Cause("sampling", "at a quarter of the sample period and delay", with_shorter_period),

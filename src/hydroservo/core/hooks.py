@@ -63,6 +63,12 @@ HOOKS = (
         ("model", "period"),
         "the controller, or a block in it, with its gains computed, once for the same numbers",
     ),
+    Hook(
+        "check_period",
+        Controller,
+        ("period",),
+        "raises a ParameterError where the controller, or a block in it, cannot run at that sample period",
+    ),
     Hook("assumptions", None, ("facts",), "what the block supposes of its loop, each an Assumption"),
     Hook(
         "within",

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.control.controllers import DAC, Delay, RateLimit
+from hydroservo.control.controllers import DAC, Delay, Dither, RateLimit
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import Field
 from hydroservo.core.errors import ParameterError
@@ -36,7 +36,7 @@ def command_limits(loop: Loop) -> CommandLimits:
     steps of a converter are left out: so the limits allow more than the loop does.
     """
     law, limit, rate, late = loop.controller, math.inf, math.inf, 0
-    while isinstance(law, DAC | RateLimit | Delay):
+    while isinstance(law, DAC | Dither | RateLimit | Delay):
         limit = min(limit, law.limit) if isinstance(law, DAC) else limit
         rate = min(rate, law.rate) if isinstance(law, RateLimit) else rate
         late += isinstance(law, Delay)

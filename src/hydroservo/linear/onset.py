@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.control.controllers import DirectionalGain, Saturation
+from hydroservo.control.controllers.dither import without_dither
 from hydroservo.control.loop import Loop
 from hydroservo.control.monitors import Oscillation
 from hydroservo.core.group import group
@@ -26,9 +27,9 @@ MANY = 50_000  # samples of a run from which steps are coarse
 def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: RunProgress | None = None) -> float:
     """The least factor on a loop's gain from which it oscillates for good, on its simulation.
 
-    The loop runs as it is, noise, steps, limits and all, under its own demand and load and 5 s longer, once
-    for each factor on its command from 0 to 20 dB in steps of 0.25 dB (of 0.5 dB in runs of 50000 samples
-    or more), all side by side. It is the first factor with which the run oscillates, as
+    The loop runs as it is, noise, steps, limits and all but dither, under its own demand and load and 5 s
+    longer, once for each factor on its command from 0 to 20 dB in steps of 0.25 dB (of 0.5 dB in runs of
+    50000 samples or more), all side by side. It is the first factor with which the run oscillates, as
     :class:`~hydroservo.control.monitors.Oscillation` has it, or diverges, and with the next one too.
 
     Args:
@@ -55,9 +56,10 @@ def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: RunProgr
 
 
 def with_longer_run(loop: Loop) -> Loop:
-    """The loop with a run that goes on."""
+    """The loop with a run that goes on, and without dither, an oscillation that is meant."""
     duration, h = loop.simulation.duration + LONGER, loop.simulation.period
-    return loop._replace(simulation=loop.simulation._replace(duration=h * round(duration / h)))
+    simulation = loop.simulation._replace(duration=h * round(duration / h))
+    return loop._replace(simulation=simulation, controller=without_dither(loop.controller))
 
 
 def gain_factors(loop: Loop) -> NDArray[np.float64]:

@@ -131,6 +131,7 @@ BLOCKS: tuple[Block, ...] = (
     controllers.Delay(LAW),
     DelayedHold(5e-4),
     controllers.DirectionalGain(LAW, extend_gain=1.0, retract_gain=1.4),
+    controllers.Dither(LAW, amplitude=0.1, frequency=100.0),
     CHECK_VALVE,
     drives.Counterbalance(
         pilot_ratio=3.0,

@@ -21,6 +21,7 @@ from hydroservo.control.controllers.dead_band_compensation import (
 from hydroservo.control.controllers.dead_band_jump import DeadBandJump, DeadBandJumpState
 from hydroservo.control.controllers.delay import Delay, DelayState
 from hydroservo.control.controllers.directional_gain import DirectionalGain, DirectionalGainState
+from hydroservo.control.controllers.dither import Dither, DitherState
 from hydroservo.control.controllers.first_order_adrc import FirstOrderADRC, FirstOrderADRCState
 from hydroservo.control.controllers.fixed_demand import FixedDemand, FixedDemandState
 from hydroservo.control.controllers.flow_compensation import FlowCompensation, FlowCompensationState
@@ -80,6 +81,8 @@ __all__ = [
     "DelayState",
     "DirectionalGain",
     "DirectionalGainState",
+    "Dither",
+    "DitherState",
     "FirstOrderADRC",
     "FirstOrderADRCState",
     "FixedDemand",

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hydroservo.control.controllers import Dither
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import Block, field_at, leaves, nested_blocks
 from hydroservo.core.errors import ParameterError, one_line
@@ -83,6 +84,7 @@ def command_caution(loop: Loop) -> str:
     )
 
 
+FEWEST = 4  # samples in a period of a dither
 HEAVY = 0.5  # of the moving mass, up to which the oil before the piston is left out
 WITHOUT_MASS = "has no mass in Hoses, so that peaks and resonances come out wrong; use Lines"
 COARSEST = 0.1  # of a stroke, up to which a count measures it
@@ -98,6 +100,7 @@ def mismatch_cautions(loop: Loop) -> list[str]:
         late_load(loop),
         shut_valve(loop),
         *too_fast_frequencies(loop),
+        *coarse_dither(loop),
         *short_ranges(loop),
         *coarse_resolutions(loop),
     )
@@ -137,6 +140,16 @@ def too_fast_frequencies(loop: Loop) -> Iterator[str]:
         hertz = value / (2.0 * math.pi) if field_at(loop, path).unit == "rad/s" else value
         if most * (1.0 + ROUNDED) < hertz < math.inf:
             yield f"{path} is {quantity(hertz, 'Hz')}, beyond half the sample rate, {quantity(most, 'Hz')}"
+
+
+def coarse_dither(loop: Loop) -> Iterator[str]:
+    """Which dither has too few samples in a period to be the wave that it is meant to be."""
+    rate = 1.0 / loop.simulation.period
+    for path, block in nested_blocks(loop.controller, "controller"):
+        if isinstance(block, Dither) and block.frequency * FEWEST > rate * (1.0 + ROUNDED):
+            here, most = quantity(block.frequency, "Hz"), quantity(rate / FEWEST, "Hz")
+            few = f"{rate / block.frequency:.3g} samples a period"
+            yield f"{path}.frequency is {here}, {few}; a square wave needs 4, {most} here"
 
 
 def short_ranges(loop: Loop) -> Iterator[str]:
