@@ -7,13 +7,17 @@ from typing import NamedTuple
 
 import pytest
 
-from hydroservo import load_scenario
+from hydroservo import Loop, load_scenario
+from hydroservo import replace as replaced
 from hydroservo.audits.audit import BlockAssumptions, assumptions_in
 from hydroservo.audits.facts import LoopFacts
 from hydroservo.audits.monitors import CommandPeaksValues, LumpedValues
-from hydroservo.control.controllers import PI
-from hydroservo.core.assumptions import Assumption, Peak, above, below, near, per_second
+from hydroservo.control.controlled import Position
+from hydroservo.control.controllers import PI, PID
+from hydroservo.control.references import Sine
+from hydroservo.core.assumptions import Assumption, Peak, above, below, half_of_largest, near, per_second
 from hydroservo.core.block import model_in
+from hydroservo.machine.theory import damping_ratio, natural_frequency
 from hydroservo.runs.run import runnable_loop
 from hydroservo.scenario import scenarios
 
@@ -176,3 +180,41 @@ def test_a_law_that_brings_no_assumptions_is_listed_as_silent() -> None:
     assert (outer.path, outer.block, outer.assumptions) == ("controller", "Silent", None)
     assert inner.path == "controller.controller"
     assert {one.name for one in inner.assumptions or ()} == {"small motions", "limits"}
+
+
+def position_law(share: float) -> Loop:
+    """The paper's machine, without lags and 10 % damped, with a share of 2 zeta omega/K_v as its gain."""
+    changes = {"simulation.duration": 0.2, "simulation.period": 1e-5}
+    loop = replaced(load_scenario("paper/sine-pi"), changes)
+    plant = loop.plant._replace(damping=0.2 * loop.plant.damping, leakage=0.2 * loop.plant.leakage)
+    flow = loop.valve.gain * loop.valve.orifice.simplified().flow_per_opening(loop.supply.drop())
+    largest = 2.0 * damping_ratio(plant) * natural_frequency(plant) * plant.piston_area / flow
+    reference = Sine(1e-4, 5.0, offset=plant.start_position)
+    law = PID(share * largest)
+    return loop._replace(plant=plant, controls=Position(), controller=law, reference=reference)
+
+
+def asked_of_gain(loop: Loop) -> Assumption:
+    begun = runnable_loop(loop)
+    return named("gain", "controller", LoopFacts(loop, begun, None, None, COMMANDS))
+
+
+@pytest.mark.parametrize("share", [0.25, 0.6])
+def test_a_position_law_without_lags_has_half_of_the_textbook_s_gain(share: float) -> None:
+    loop = position_law(share)
+    found = asked_of_gain(loop)
+    assert found.value == loop.controller.proportional_gain
+    assert found.margin == pytest.approx(0.5 / share, rel=0.04)  # 3 % from factor to factor of the onset
+    assert found.holds is (share < 0.5)
+
+
+def test_a_position_law_that_oscillates_has_no_largest_gain() -> None:
+    found = asked_of_gain(position_law(1.2))
+    assert math.isnan(found.bound)
+    assert (found.margin, found.holds) == (0.0, False)
+
+
+def test_a_law_of_the_velocity_is_not_asked_for_it() -> None:
+    told = facts("rig/1khz-pi-sine")
+    assert not half_of_largest(1.0, "m/s", told)
+    assert not half_of_largest(0.0, "m", told)

@@ -20,7 +20,8 @@ from hydroservo.core.signals import Draws
 from hydroservo.core.states import filled
 from hydroservo.cosimulation import refuse_fmus
 from hydroservo.linear import Linearization, linearize
-from hydroservo.linear.view import loop_view
+from hydroservo.linear.moving_margins import largest_command, points_in_motion
+from hydroservo.linear.view import LoopView, known_onset, loop_view
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import runnable_loop, simulate
 
@@ -65,13 +66,28 @@ class LoopFacts:
         return abs(self.valve_lag - self.known_lag) + self.delay
 
     @cached_property
-    def disk_margin(self) -> float:
-        """For small motions, as ``bode`` has it; 0 of an unstable loop, and nan where there is none."""
+    def view(self) -> LoopView | None:
+        """The loop as ``bode`` has it; None where it has no operating point."""
         try:
-            view = loop_view(self.given, None, None, None)
+            return loop_view(self.given, None, None, None)
         except ParameterError:
+            return None
+
+    @property
+    def disk_margin(self) -> float:
+        """For small motions; 0 of an unstable loop, and nan where there is none."""
+        if self.view is None:
             return math.nan
-        return view.trusted.margins.disk_margin if view.judged.margins.stable else 0.0
+        return self.view.trusted.margins.disk_margin if self.view.judged.margins.stable else 0.0
+
+    @cached_property
+    def gain_margin(self) -> float:
+        """The least of the onset of oscillation and the gain margins in motion; 1 of an unstable loop."""
+        largest = largest_command(self.given)
+        moving = [judged.margins for _, judged in points_in_motion(self.given, largest)]
+        found = [one.gain_margin if one.stable else 1.0 for one in moving]
+        onset = known_onset(self.given, None) if self.view is None else self.view.onset
+        return min((one for one in (*found, onset) if not math.isnan(one)), default=math.nan)
 
     @cached_property
     def truth(self) -> Any:

@@ -44,8 +44,9 @@ class Assumption(NamedTuple):
 class Facts(Protocol):
     """What a loop is, as the assumptions of laws are asked about it; nan or None for what is not known.
 
-    ``lag`` is by how much the command is late without the block that is asked being told: what it does not
-    know of the valve's lag, and the computing delay; ``model`` what the law around it
+    ``gain_margin`` is the factor on the loop's gain from which it oscillates, small or large motions,
+    whichever is less. ``lag`` is by how much the command is late without the block that is asked being told:
+    what it does not know of the valve's lag, and the computing delay; ``model`` what the law around it
     believes of the machine, ``truth`` what that would be of the machine as it is. Disturbances are those of
     that model, their rates the largest differences between samples over the period.
     """
@@ -60,6 +61,8 @@ class Facts(Protocol):
     def lag(self) -> float: ...
     @property
     def disk_margin(self) -> float: ...
+    @property
+    def gain_margin(self) -> float: ...
     @property
     def natural_frequency(self) -> float: ...
     @property
@@ -157,6 +160,20 @@ def robust(facts: Facts) -> Assumption:
     """That the loop, for small motions, bears a fifth more or less of gain."""
     meaning = "the disk margin of the loop for small motions is above 0.2"
     return above("small motions", meaning, facts.disk_margin, 0.2)
+
+
+def half_of_largest(gain: float, unit: str, facts: Facts) -> Sequence[Assumption]:
+    """That the proportional gain of a position law is below half of the largest; nothing of other laws.
+
+    The law's other gains rise with it; ``unit`` is that of what it controls.
+    """
+    if unit != "m" or not gain > 0.0:
+        return []
+    if facts.gain_margin <= 1.0:
+        meaning = "the loop does not oscillate with its proportional_gain"
+        return [Assumption("gain", meaning, gain, math.nan, "V/m", 0.0)]
+    meaning = "proportional_gain is below half of that at which the loop oscillates"
+    return [below("gain", meaning, gain, 0.5 * facts.gain_margin * gain, "V/m")]
 
 
 def noise_within_limit(jerk: float, facts: Facts) -> Assumption:

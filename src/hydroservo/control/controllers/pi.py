@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.control.controlled.this_signal import THIS_SIGNAL
 from hydroservo.control.controllers.saturation import Saturation
-from hydroservo.core.assumptions import Assumption, Facts, robust, within_limit
+from hydroservo.core.assumptions import Assumption, Facts, half_of_largest, robust, within_limit
 from hydroservo.core.block import Field
 from hydroservo.core.roles import ControlledSignal, Controller, role
 from hydroservo.core.signals import Demand, Measurement
@@ -41,7 +41,8 @@ class PI(NamedTuple):
     controls: ControlledSignal = THIS_SIGNAL
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        return [robust(facts), within_limit(facts)]
+        reserve = half_of_largest(self.proportional_gain, self.controls.declared().unit, facts)
+        return [robust(facts), *reserve, within_limit(facts)]
 
     def init(self) -> PIState:
         return PIState(0.0, 0.0, 0.0)

@@ -7,7 +7,7 @@ from hydroservo.control.controlled.this_signal import THIS_SIGNAL
 from hydroservo.control.controllers.saturation import Saturation
 from hydroservo.control.observers.filtered_derivative import FilteredDerivative, FilteredDerivativeState
 from hydroservo.core import ops
-from hydroservo.core.assumptions import Assumption, Facts, robust, within_limit
+from hydroservo.core.assumptions import Assumption, Facts, half_of_largest, robust, within_limit
 from hydroservo.core.block import Field
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.roles import ControlledSignal, Controller, role
@@ -45,8 +45,8 @@ class PID(NamedTuple):
     back-calculation: Astrom and Hagglund, Advanced PID Control, 2006, sec. 3.5.
     Fails where the feedforward is of a machine that has changed, by the change; with a derivative of a signal
     whose steps of resolution are coarse; and inside a dead zone that is wider than what is asked for. In
-    a position loop a proportional gain beyond 2 zeta_h omega_h/K_v is unstable: damp the axis first, see
-    PressureFeedback and AccelerationFeedback.
+    a position loop a proportional gain beyond 2 zeta_h omega_h/K_v is unstable where valve and sampling are
+    much faster than the axis: damp the axis first, see PressureFeedback and AccelerationFeedback.
     """
 
     proportional_gain: Annotated[float, Field("V/y", "proportional gain k_p", at_least=0)]
@@ -72,7 +72,8 @@ class PID(NamedTuple):
     controls: ControlledSignal = THIS_SIGNAL
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        return [robust(facts), within_limit(facts)]
+        reserve = half_of_largest(self.proportional_gain, self.controls.declared().unit, facts)
+        return [robust(facts), *reserve, within_limit(facts)]
 
     def check(self) -> None:
         if not self.dead_zone < self.integral_range:
