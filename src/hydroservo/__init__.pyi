@@ -28,6 +28,7 @@ from hydroservo.findings import plot as plot
 from hydroservo.identification.identify import identify as identify
 from hydroservo.identification.maps import map_logs as map_logs
 from hydroservo.limits import limit as limit
+from hydroservo.limits import limit_over_periods as limit_over_periods
 from hydroservo.linear.bode import bode as bode
 from hydroservo.linear.linearize import linearize as linearize
 from hydroservo.machine import drives as drives

@@ -18,20 +18,28 @@ if TYPE_CHECKING:
     from hydroservo.figures.style import Plot
     from hydroservo.identification import Identified, LogFit
     from hydroservo.identification.maps import StaticMap
-    from hydroservo.limits import Limits
+    from hydroservo.limits import Limits, LimitsOverPeriods
     from hydroservo.linear import Linearization
     from hydroservo.runs.tuned import Tuned
     from hydroservo.show import Finding
     from hydroservo.studies.study import StudyResult
 
     Records: TypeAlias = (
-        Audit | Identified | LogFit | StaticMap | Limits | Linearization | Tuned | StudyResult
+        Audit
+        | Identified
+        | LogFit
+        | StaticMap
+        | Limits
+        | LimitsOverPeriods
+        | Linearization
+        | Tuned
+        | StudyResult
     )
     Runs = xr.Dataset | Sequence[xr.Dataset] | Mapping[str, xr.Dataset]
 
 WANTED = (
     "must be what simulate or simulate_batch returned, several of simulate in a list or by name, or what "
-    "bode, linearize, tune, identify, map_logs, limit, audit or study returned"
+    "bode, linearize, tune, identify, map_logs, limit, limit_over_periods, audit or study returned"
 )
 
 
@@ -96,7 +104,8 @@ def plot(results: "Runs | Records", metric: str | None = None) -> "Plot":
     Args:
         results: what ``simulate`` returned; a list of these, or several by the names that the legend is to
             have; what ``simulate_batch``, ``bode``, ``linearize``, ``tune``, ``identify``, ``map_logs``,
-            ``limit``, ``audit`` or ``study`` returned; or one of the logs of an identification.
+            ``limit``, ``limit_over_periods``, ``audit`` or ``study`` returned; or one of the logs of an
+            identification.
         metric: of a table, the one to show; the error, or what a table without one has.
 
     Raises:

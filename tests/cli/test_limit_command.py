@@ -60,3 +60,58 @@ def test_limit_json_is_one_object(said):
 )
 def test_what_has_no_limit_is_one_line(changes, said):
     assert said in failed("limit", "rig/1khz-pi-square", "--set", changes)
+
+
+PERIODS = ("limit", "rig/1khz-pi-square", *SHORTER, "--period", "2 ms, 1ms,7ms,3ms")
+
+
+@pytest.fixture(scope="module")
+def over_periods(tmp_path_factory):
+    """What a search at periods of which one does not divide the run printed as JSON, and its folder."""
+    out = tmp_path_factory.mktemp("periods") / "out"
+    return json.loads(succeeded(*PERIODS, "--json", "--out", out)), out
+
+
+def test_limits_at_several_periods_are_those_of_each(over_periods, said):
+    found, out = over_periods
+    assert list(found) == ["scenario", "hash", "unit", "periods"]
+    shortest, middle, longest, odd = found["periods"]
+    assert [one["period"] for one in found["periods"]] == [1e-3, 2e-3, 3e-3, 7e-3]
+    assert shortest["rms_error"] == said[0]["rms_error"]
+    assert shortest["multiple"] == said[0]["multiple"]
+    for name in ("causal", "clairvoyant"):
+        assert shortest["rms_error"][name] < middle["rms_error"][name] < longest["rms_error"][name]
+    assert odd["rms_error"] == {"law": None, "causal": None, "clairvoyant": None}
+    assert "must divide the duration" in odd["reason"]
+    assert not shortest["reason"]
+    check_report(out, found)
+    assert {"limits.png", "limits.svg"} <= {file.name for file in out.iterdir()}
+
+
+def test_limits_at_several_periods_print_a_row_each(over_periods):
+    text = succeeded(*PERIODS)
+    rows = rows_of(text)
+    for one in over_periods[0]["periods"]:
+        if one["reason"]:
+            continue
+        law, causal, *_ = map(float, rows[f"{1e3 * one['period']:.0f}"][:2])
+        assert law == pytest.approx(1e3 * one["rms_error"]["law"], rel=5e-3)
+        assert causal == pytest.approx(1e3 * one["rms_error"]["causal"], rel=5e-3)
+    assert "must divide" in text
+
+
+@pytest.mark.parametrize(
+    ("periods", "said"),
+    [
+        ("0ms", "--period = '0 s': must be above 0"),
+        ("-1ms", "--period = '-0.001 s': must be above 0"),
+        ("2", "--period = '2': has no unit; write '2 s'"),
+        ("1ms,1ms", "--period = '0.001 s': is there twice"),
+        ("1ms, 7s", "--period = '7 s': must be at most the duration, 0.06 s"),
+        ("1ms,,2ms", "--period = '': is not a quantity such as '10 us'"),
+        ("1 m", "--period = '1 m': does not convert to s"),
+        ("7ms", "must divide the duration"),
+    ],
+)
+def test_what_is_no_period_is_one_line(periods, said):
+    assert said in failed("limit", "rig/1khz-pi-square", *SHORTER, f"--period={periods}")

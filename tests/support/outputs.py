@@ -38,6 +38,7 @@ COMMANDS = {  # by what makes them different; examples are files of that folder
     "audit position": "audit examples/axis.toml SHORT",
     "limit sine": "limit rig/1khz-pi-sine SHORT",
     "limit square": "limit rig/1khz-pi-square SHORT",
+    "limit periods": "limit rig/1khz-pi-square SHORT --period 1ms,2ms",
     "tune bounded": "tune rig/1khz-pi-sine --candidates 64 SHORT",
     "tune two": "tune paper/sine-pi paper/square-pi --candidates 64 --unbounded"
     " --vary 'controller.proportional_gain=0.3..30 V s/m' SHORT",

@@ -1,18 +1,22 @@
 """Limits: machines written with symbols, limits of commands, what is known when, and what is refused."""
 
+import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
 
-from hydroservo import Loop, ParameterError, limit, load_scenario, replace
+from hydroservo import Loop, ParameterError, limit, limit_over_periods, load_scenario, plot, replace
 from hydroservo.control.controlled import Command
-from hydroservo.control.controllers import DAC, PI, Delay, OpenLoop, RateLimit, Saturation
+from hydroservo.control.controllers import DAC, PI, Delay, Dither, OpenLoop, RateLimit, Saturation
+from hydroservo.control.holds import DelayedHold
+from hydroservo.control.loop import AUTO
 from hydroservo.control.references import Ramp, Sine, Square
 from hydroservo.core.block import Field, values
 from hydroservo.core.states import filled
 from hydroservo.limits.command import CommandLimits, command_limits, loosest_limits
 from hydroservo.limits.least_error import without_law
+from hydroservo.limits.over_periods import checked_periods
 from hydroservo.limits.problem import machine_functions
 from hydroservo.limits.search import expected_course, foreknowledge, jump_steps, surprises
 from hydroservo.machine.integrators import Tsit5
@@ -20,6 +24,7 @@ from hydroservo.machine.loads import Step as LoadStep
 from hydroservo.machine.mechanics.viscous import ViscousState
 from hydroservo.runs.provenance import canonical_toml
 from hydroservo.runs.run import runnable_loop
+from hydroservo.runs.step_sizes import at_period
 
 MACHINES = [
     "paper/sine-pi",
@@ -151,3 +156,52 @@ def test_an_open_loop_has_no_limit():
 def test_an_integrator_that_chooses_its_steps_is_refused():
     with pytest.raises(ParameterError, match=r"Tsit5.*chooses its steps"):
         limit(rig(**{"simulation.integrator": Tsit5()}))
+
+
+def test_periods_must_be_different_numbers_within_the_run():
+    assert checked_periods([0.01, 0.001], 0.1) == [0.001, 0.01]
+    for periods, problem in (
+        ([], "at least one number"),
+        ([math.nan], "must be above 0"),
+        ([math.inf], "must be above 0"),
+        ([True], "must be numbers"),
+        (["1 ms"], "must be numbers"),
+        ([0.2], "must be at most the duration, 0.1 s"),
+        ([0.01, 0.01], "is there twice"),
+    ):
+        with pytest.raises(ParameterError, match=problem):
+            checked_periods(periods, 0.1)
+
+
+def test_another_period_keeps_the_delay_s_share_and_the_length_of_steps():
+    loop = rig(hold=DelayedHold(5e-4))
+    found = at_period(loop, 4e-3)
+    assert found.hold == DelayedHold(2e-3)
+    assert found.simulation == loop.simulation._replace(period=4e-3, substeps=40)
+    assert at_period(loop, 3e-4).simulation.substeps == 3
+    assert at_period(rig(**{"simulation.substeps": AUTO}), 4e-3).simulation.substeps == AUTO
+
+
+@pytest.mark.slow
+def test_a_law_that_cannot_run_at_a_period_leaves_its_limits():
+    loop = rig(**{"simulation.duration": 0.06, "reference.period": 0.06})
+    dithered = loop._replace(controller=Dither(loop.controller, 0.01, 250.0))
+    found = limit_over_periods(dithered, [1e-3, 4e-3])
+    first, second = found.at
+    assert not first.reason
+    assert math.isnan(second.law)
+    assert "must be at most half the sample rate, 125 [Hz]" in second.reason
+    alone = limit_over_periods(loop, [4e-3]).at[0]
+    assert (second.causal, second.clairvoyant) == pytest.approx((alone.causal, alone.clairvoyant), rel=1e-4)
+    assert plot(found).axes[0].get_xscale() == "log"
+
+
+@pytest.mark.slow
+def test_a_law_that_goes_unstable_does_not_spoil_the_limits():
+    """Its gains are too large at 10 ms, and no search from its run ends there."""
+    loop = rig(**{"simulation.duration": 0.1, "reference.period": 0.1})
+    calm = {"controller.proportional_gain": 0.1, "controller.integral_gain": 50.0}
+    (wild,), (still,) = (limit_over_periods(loop, periods).at for periods in ([0.01], {0.01: calm}))
+    assert wild.law > 10.0 * still.law
+    assert wild.causal == pytest.approx(still.causal, rel=1e-3)
+    assert wild.clairvoyant < still.law

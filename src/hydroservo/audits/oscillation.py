@@ -10,7 +10,7 @@ from hydroservo.audits.monitors import swing
 from hydroservo.control.controlled import Command
 from hydroservo.control.controllers.dither import without_dither
 from hydroservo.control.error_dynamics import ExplicitReaching, ImplicitReaching, SmoothReaching
-from hydroservo.control.loop import AUTO, Loop
+from hydroservo.control.loop import Loop
 from hydroservo.control.monitors import Oscillation
 from hydroservo.control.monitors.oscillation import END
 from hydroservo.control.observers import BoundaryLayer, Explicit, Implicit
@@ -25,6 +25,7 @@ from hydroservo.machine.loads.later import LaterLoad
 from hydroservo.machine.starts import AsBuilt
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import runnable_loop, simulate
+from hydroservo.runs.step_sizes import at_period
 
 FINE_BITS = 32  # the most that a converter has
 FINE = 1e-15  # [m] a resolution that nothing tells from none
@@ -69,14 +70,8 @@ def field_change(place: str, changes: Mapping[str, Change]) -> Callable[[Loop], 
 
 
 def with_shorter_period(loop: Loop) -> Loop:
-    """The loop at a shorter sample period, and with a delay that is shorter by as much."""
-    given = loop.simulation
-    substeps = AUTO if given.substeps == AUTO else math.ceil(SHORTER * given.substeps)
-    hold: Any = loop.hold
-    if hasattr(hold, "delay"):
-        hold = hold._replace(delay=SHORTER * hold.delay)
-    simulation = given._replace(period=SHORTER * given.period, substeps=substeps)
-    return loop._replace(simulation=simulation, hold=hold)
+    """The loop at a shorter sample period and delay."""
+    return at_period(loop, SHORTER * loop.simulation.period)
 
 
 def with_still_command(loop: Loop) -> Loop | None:

@@ -60,7 +60,21 @@ def audit_command(scenario: Scenario, changes: Changes, plugins: Plugins, output
 
 
 @with_output()
-def limit_command(scenario: Scenario, changes: Changes, plugins: Plugins, output: CommandOutput) -> None:
+def limit_command(
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    output: CommandOutput,
+    periods: Annotated[
+        str | None,
+        typer.Option(
+            "--period",
+            metavar="TIME,TIME,...",
+            help="Do so at each of these sample periods, `1ms,2ms,4ms`. The law keeps its gains, and a "
+            "computing delay its share of the period.",
+        ),
+    ] = None,
+) -> None:
     """Show how close a scenario's law comes to the best that any command could do.
 
     The commands with the least rms error are found by optimal control of the same machine, at the same
@@ -68,24 +82,52 @@ def limit_command(scenario: Scenario, changes: Changes, plugins: Plugins, output
     (clairvoyant), and where jumps of demand and load are known only once they are there (causal). That takes
     from seconds to minutes. With --out it also writes a report (report.html, its tables as CSV and LaTeX in
     tables), a picture of the three runs (limit.png, limit.svg), the trajectory of each (law.csv, causal.csv,
-    clairvoyant.csv) and the numbers (metrics.json).
+    clairvoyant.csv) and the numbers (metrics.json). With --period there are no trajectories, and the picture
+    is of the errors over the sample period (limits.png, limits.svg).
 
     Examples:
 
     - `hydroservo limit rig/1khz-pi-square`
     - `hydroservo limit rig/1khz-pi-square --set valve.time_constant='5 ms' --out limit`
+    - `hydroservo limit rig/1khz-pi-square --set simulation.duration=0.4s --period 1ms,2ms,4ms,10ms`
     """
-    from hydroservo.limits import limit
-    from hydroservo.limits.finding import MEANINGS, limits_finding
+    from hydroservo.limits import limit, limit_over_periods
+    from hydroservo.limits.finding import MEANINGS, limits_finding, over_periods_finding
     from hydroservo.runs.trace import trace_size
 
     loop = load_loop(scenario, changes, plugins)
+    if periods is not None:
+        wanted = parse_periods(periods, loop.simulation.duration)
+        output.present(
+            scenario,
+            lambda report: limit_over_periods(loop, wanted, progress=lambda done: report(done, scenario)),
+            partial(over_periods_finding, scenario=scenario),
+        )
+        return
     output.present(
         scenario,
         lambda report: limit(loop, progress=lambda fraction: report(fraction, scenario)),
         partial(limits_finding, scenario=scenario),
         size=len(MEANINGS) * trace_size(loop) if output.folder else 0,
     )
+
+
+def parse_periods(text: str, duration: float) -> list[float]:
+    """The times of ``--period TIME,TIME,...`` [s], each with its unit, of a run of some duration."""
+    from hydroservo.limits.over_periods import checked_periods
+    from hydroservo.scenario.quantities import si_value
+
+    found = []
+    for part in map(str.strip, text.split(",")):
+        try:
+            found.append(si_value(part, "s"))
+        except ValueError as error:
+            problem, *_ = str(error).split(", or the number")
+            raise ParameterError("--period", part, problem) from None
+    try:
+        return checked_periods(found, duration)
+    except ParameterError as error:
+        raise ParameterError("--period", error.value, error.allowed) from None
 
 
 class LinearizedPart(StrEnum):

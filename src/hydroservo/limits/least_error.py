@@ -23,6 +23,7 @@ from hydroservo.limits.search import (
 from hydroservo.machine.sensors import IdealSensors
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.run import RunProgress
+from hydroservo.runs.step_sizes import with_substeps
 from hydroservo.show import Finding
 from hydroservo.show.html import html_of
 from hydroservo.work.notebook_bar import shows_progress
@@ -61,9 +62,22 @@ def machine_limits(loop: Loop, limits: CommandLimits) -> MachineLimits:
     require("casadi", "limit", "a limit")
     loop = loop_to_limit(loop)
     still = limit_run(loop._replace(controller=Playback(np.zeros(checked_samples(loop) + 1))))
+    loop = with_steps_of(still, loop)
     found = best_commands(loop, limits, rest_beginning(loop, limits, still), lambda _: None, threads=1)
-    clairvoyant, causal = (float(run["rms_error"]) for run in (found.clairvoyant, found.causal))
-    return MachineLimits(clairvoyant, causal, all(bool(run.attrs["converged"]) for run in found))
+    return machine_limits_of(*found)
+
+
+def machine_limits_of(causal: Any, clairvoyant: Any) -> MachineLimits:
+    """The errors of the runs of two best commands."""
+    converged = all(bool(run.attrs["converged"]) for run in (causal, clairvoyant))
+    return MachineLimits(float(clairvoyant["rms_error"]), float(causal["rms_error"]), converged)
+
+
+def with_steps_of(run: Any, loop: Loop) -> Loop:
+    """The loop with the substeps of a run of it, where it leaves them open."""
+    if loop.simulation.substeps != AUTO:
+        return loop
+    return with_substeps(loop, int(run.attrs["substeps"]))
 
 
 class Limits(NamedTuple):
@@ -136,8 +150,7 @@ def limit(loop: Loop, *, progress: RunProgress | None = None) -> Limits:
     checked_samples(loop)
     own = limit_run(loop)
     report(LAW)
-    if loop.simulation.substeps == AUTO:  # the limits take the steps that the law's run took
-        loop = replace(loop, {"simulation.substeps": int(own.attrs["substeps"])})
+    loop = with_steps_of(own, loop)
 
     def report_search(done: float) -> None:
         report(LAW + (1.0 - LAW) * done)

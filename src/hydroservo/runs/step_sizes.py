@@ -292,6 +292,20 @@ def with_substeps(loop: Loop, substeps: int) -> Loop:
     return changed
 
 
+def at_period(loop: Loop, period: float) -> Loop:
+    """The loop at another sample period [s].
+
+    A computing delay keeps its share of the period, and steps are at most as long as they were.
+    """
+    given: Any = loop.simulation
+    hold: Any = loop.hold
+    share = period / given.period
+    substeps = AUTO if given.substeps == AUTO else math.ceil(share * given.substeps - 1e-9)
+    if hasattr(hold, "delay"):
+        hold = hold._replace(delay=share * hold.delay)
+    return loop._replace(simulation=given._replace(period=period, substeps=substeps), hold=hold)
+
+
 def unsettled_text(loop: Loop, error: float) -> str:
     """That substeps and twice as many differ by more than they may; why, where the load jumps inside one."""
     substeps, tolerance = loop.simulation.substeps, loop.simulation.tolerance
