@@ -40,6 +40,7 @@ COMMANDS = {  # by what makes them different; examples are files of that folder
     "limit square": "limit rig/1khz-pi-square SHORT",
     "limit periods": "limit rig/1khz-pi-square SHORT --period 1ms,2ms",
     "tune bounded": "tune rig/1khz-pi-sine --candidates 64 SHORT",
+    "tune guess": "tune rig/1khz-pi-sine --candidates 0 SHORT",
     "tune two": "tune paper/sine-pi paper/square-pi --candidates 64 --unbounded"
     " --vary 'controller.proportional_gain=0.3..30 V s/m' SHORT",
     "identify fits": "identify examples/axis.toml log/trajectory.csv VARY",

@@ -68,6 +68,7 @@ def test_a_position_law_is_left_six_decibels(position: Loop) -> None:
     assert list(found.parameters) == [
         f"controller.{name}" for name in ("proportional_gain", "integral_gain", "rate_feedforward")
     ]
+    assert list(found.rules) == list(found.parameters)
     assert p == pytest.approx(gain, rel=0.01)
     assert i == pytest.approx(p * p * found.velocity_gain / 10.0)
     assert ahead == pytest.approx(1.0 / found.velocity_gain, rel=1e-3)

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 import hydroservo as hs
+from hydroservo.linear.first_guess import first_guess
 from hydroservo.runs.tuned import tuned_finding
 from hydroservo.scenario import assemble
 from hydroservo.scenario.ranges import as_entries
@@ -51,7 +52,7 @@ def test_what_is_said_takes_the_place_of_parts_of_the_table() -> None:
         ({"metric": 1}, "metric = 1: must be the name of a metric"),
         ({"seeds": 0}, "seeds = 0: must be a whole number from 1 to 10000"),
         ({"effort": -1}, "effort = -1: must be a finite number, at least 0"),
-        ({"candidates": 1.5}, "candidates = 1.5: must be a whole number from 1 to 10000000"),
+        ({"candidates": 1.5}, "candidates = 1.5: must be a whole number from 0 to 10000000"),
         ({"seed": "1"}, "seed = '1': must be a whole number from 0 to 9223372036854775807"),
         ({"ranges": {GAIN: "2..1"}}, f"ranges: {GAIN}: '2' is more than '1', its upper end"),
         ({"ranges": {GAIN: 3}}, f"ranges: {GAIN}: 3 must be a range"),
@@ -79,7 +80,7 @@ def test_what_is_wrong_is_one_line(arguments: dict[str, Any], problem: str) -> N
         ({"ranges": {GAIN: "1..2"}}, f"{GAIN} = '1..2': must be two numbers in SI units for an Aim"),
         ({"ranges": {GAIN: hs.relative(-0.5, 1.0)}}, "must be two numbers in SI units for an Aim"),
         ({"ranges": None}, "ranges = '{}': must name at least one parameter"),
-        ({"candidates": 0}, "candidates = 0: must be a whole number from 1 to 10000000"),
+        ({"candidates": 0}, "candidates = 0: is a first guess without a search; leave out the ranges"),
     ],
 )
 def test_an_aim_is_all_that_is_said_of_loops(arguments: dict[str, Any], problem: str) -> None:
@@ -121,3 +122,45 @@ def test_values_are_tables_that_build_on_a_scenario(tmp_path: Path) -> None:
     tables = as_toml(values, "first\nsecond")
     (tmp_path / "tuned.toml").write_text(f'base = "{RIG}"\n{tables}')
     assert_same_block(hs.load_scenario(tmp_path / "tuned.toml"), hs.load_scenario(RIG, values))
+
+
+@pytest.mark.slow  # it runs the loops, and judges their margins
+def test_without_candidates_the_values_are_a_first_guess() -> None:
+    short = {"simulation.duration": "1 s", "uncertainty.scale": 0.0}
+    found = hs.tune("axis/pump-controlled", candidates=0, scales=[0.0], changes=short)
+    guess = first_guess(hs.load_scenario("axis/pump-controlled", short))
+    assert guess is not None
+    assert found.parameters == pytest.approx(guess.parameters, rel=1e-4)
+    assert list(found.rule.rules) == list(found.parameters)
+    assert found.guess == found.best
+    assert repr(found).endswith("a first guess, without a search")
+    beyond = "The first guess is beyond the bounds."
+    assert any(line.lead == beyond for line in found.finding().lead) is not found.best.within
+    loop = hs.load_scenario("axis/pump-controlled", short | dict(found.parameters))
+    assert found.after == pytest.approx([float(hs.simulate(loop)["rms_error"])], rel=1e-6)
+    assert (found.runs, found.edges, found.front) == (0, [], ())
+    gains = found.finding().tables[0]
+    assert [one.heading for one in gains.columns] == ["parameter", "before", "first guess", "unit", "rule"]
+    assert "Merritt" in str(gains.rows[0][-1].value)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "arguments", "problem"),
+    [
+        ("axis/force", {}, "candidates = 0: is a first guess without a search, and there is none here"),
+        ("paper/sine-tsmc", {}, "there is none here: it is for a PI, a PID or a Cascade"),
+        (
+            RIG,
+            {"ranges": {GAIN: (1.0, 10.0)}},
+            "candidates = 0: is a first guess without a search; leave out",
+        ),
+    ],
+)
+def test_where_there_is_no_first_guess_is_one_line(
+    scenario: str, arguments: dict[str, Any], problem: str
+) -> None:
+    changes = {"simulation.duration": "20 ms"}
+    with pytest.raises(hs.ParameterError) as caught:
+        hs.tune(scenario, candidates=0, bounded=False, changes=changes, **arguments)
+    assert problem in str(caught.value)
+    assert "\n" not in str(caught.value)

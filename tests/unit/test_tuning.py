@@ -409,7 +409,8 @@ def test_what_cannot_be_searched_is_refused_in_one_line(aim: Aim, ranges: Any, m
 @pytest.mark.parametrize(
     ("length", "message"),
     [
-        ({"candidates": 0}, "candidates = 0: must be a whole number from 1 to 10000000"),
+        ({"candidates": -1}, "candidates = -1: must be a whole number from 0 to 10000000"),
+        ({"candidates": 0}, "candidates = 0: is a first guess without a search; leave out the ranges"),
         ({"candidates": 64.0}, "candidates = 64.0: must be a whole number"),
         ({"seed": -1}, "seed = -1: must be a whole number from 0 to 9223372036854775807"),
     ],

@@ -96,7 +96,8 @@ def tune_command(
             "--candidates",
             metavar="N",
             show_default="4096",
-            help="How many sets of values to try; rounded up to a multiple of 64.",
+            help="How many sets of values to try; rounded up to a multiple of 64. 0: no search, but a first "
+            "guess from the natural frequency of the axis.",
         ),
     ] = None,
     seed: Annotated[
@@ -159,6 +160,7 @@ def tune_command(
     Examples:
 
     - `hydroservo tune rig/1khz-pi-sine --out found`
+    - `hydroservo tune axis/pump-controlled --candidates 0`
     - `hydroservo tune rig/1khz-pi-sine --vary controller.proportional_gain=0.3..30 --vary
       controller.integral_gain=10..5000`
     - `hydroservo tune rig/1khz-pi-sine rig/1khz-pi-square --weights 1,8 --vary

@@ -159,6 +159,13 @@ def sensor_system(point: OperatingPoint) -> System:
     return System(a, b, c, d, period)
 
 
+class GuessedGain(NamedTuple):
+    """A gain, and the rule that it is from."""
+
+    value: float  # SI
+    rule: str  # with its source
+
+
 class FirstGuess(NamedTuple):
     """Gains to begin with, and what they are from."""
 
@@ -166,6 +173,7 @@ class FirstGuess(NamedTuple):
     damping_ratio: Annotated[float, Field("", "zeta of the axis")]
     velocity_gain: Annotated[float, Field("m/(s V)", "steady velocity per command of the law, K_q")]
     parameters: Annotated[Mapping[str, float], Field("", "gains by their path in the loop, SI")]
+    rules: Annotated[Mapping[str, str], Field("", "the rule of each gain, by its path")]
 
 
 def first_guess(loop: Loop) -> FirstGuess | None:
@@ -221,7 +229,9 @@ def first_guess(loop: Loop) -> FirstGuess | None:
         for name, gain in rule(axis, ahead, law).items()
         if name in law._fields
     }
-    return FirstGuess(axis.natural_frequency, axis.damping_ratio, axis.velocity_gain, gains)
+    values = {path: gain.value for path, gain in gains.items()}
+    rules = {path: gain.rule for path, gain in gains.items()}
+    return FirstGuess(axis.natural_frequency, axis.damping_ratio, axis.velocity_gain, values, rules)
 
 
 def feedforward_of(every: Sequence[HydraulicAxis]) -> float:
@@ -232,32 +242,42 @@ def feedforward_of(every: Sequence[HydraulicAxis]) -> float:
     return (last.command - first.command) / (last.velocity - first.velocity)
 
 
-def position_gains(axis: HydraulicAxis, ahead: float, law: Any) -> dict[str, float]:
+HALF_OF_LARGEST = "K_v/K_q, K_v at most half of the largest stable (Merritt, 1967, ch. 8)"
+STEADY = "1/K_q: what a steady velocity takes"
+
+
+def position_gains(axis: HydraulicAxis, ahead: float, law: Any) -> dict[str, GuessedGain]:
     """Of a law from position to command."""
     loop_gain = USED * axis.stable_gain
+    damped = law.derivative_gain if "derivative_gain" in law._fields else 0.0
     return {
-        "proportional_gain": loop_gain / axis.velocity_gain,
-        "integral_gain": loop_gain**2 / (RESET * axis.velocity_gain),
-        "rate_feedforward": ahead + (law.derivative_gain if "derivative_gain" in law._fields else 0.0),
+        "proportional_gain": GuessedGain(loop_gain / axis.velocity_gain, HALF_OF_LARGEST),
+        "integral_gain": GuessedGain(loop_gain**2 / (RESET * axis.velocity_gain), "k_p K_v/10 (chosen)"),
+        "rate_feedforward": GuessedGain(ahead + damped, STEADY + (", and k_d" if damped else "")),
     }
 
 
-def velocity_gains(axis: HydraulicAxis, ahead: float, _: Any) -> dict[str, float]:
+def velocity_gains(axis: HydraulicAxis, ahead: float, _: Any) -> dict[str, GuessedGain]:
     """Of a law from velocity to command."""
     gain = USED * axis.stable_gain / axis.velocity_gain
     return {
-        "proportional_gain": gain / (LEAD * axis.natural_frequency),
-        "integral_gain": gain,
-        "feedforward": ahead,
+        "proportional_gain": GuessedGain(gain / (LEAD * axis.natural_frequency), "k_i/(4 omega) (chosen)"),
+        "integral_gain": GuessedGain(gain, HALF_OF_LARGEST),
+        "feedforward": GuessedGain(ahead, STEADY),
     }
 
 
-def cascade_gains(axis: HydraulicAxis, _: float, __: Any) -> dict[str, float]:
+def cascade_gains(axis: HydraulicAxis, _: float, __: Any) -> dict[str, GuessedGain]:
     """Of a law from position to velocity."""
-    return {"proportional_gain": USED * axis.stable_gain / INNER, "rate_feedforward": 1.0}
+    return {
+        "proportional_gain": GuessedGain(
+            USED * axis.stable_gain / INNER, "K_v/4: slower than the velocity loop (chosen)"
+        ),
+        "rate_feedforward": GuessedGain(1.0, "1: the demanded velocity"),
+    }
 
 
-Rule = Callable[[HydraulicAxis, float, Any], dict[str, float]]
+Rule = Callable[[HydraulicAxis, float, Any], dict[str, GuessedGain]]
 RULES: Mapping[str, Rule] = {"V/m": position_gains, "V s/m": velocity_gains, "1/s": cascade_gains}
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 ACTIVITY = "control_total_variation"
 LARGEST = 1e300  # of weights and effort
-WHOLE = {"seeds": (1, 10_000), "candidates": (1, 10_000_000), "seed": (0, 2**63 - 1)}  # ranges by name
+WHOLE = {"seeds": (1, 10_000), "candidates": (0, 10_000_000), "seed": (0, 2**63 - 1)}  # ranges by name
 
 
 class Aim(NamedTuple):

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo._version import __version__
-from hydroservo.core.formatting import Scale, quantity
+from hydroservo.core.formatting import Scale, number, quantity
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.objective import Aim, geometric_mean
 from hydroservo.runs.provenance import origin_of_loop
@@ -55,6 +55,8 @@ class Tuned(NamedTuple):
         own: the loops' own values; shown are those of the first.
         best: the best values.
         guess: a first guess from the machine's natural frequency; None where there is none.
+        rule: what the guess is from, a :class:`~hydroservo.linear.first_guess.FirstGuess`, where there was no
+            search; else None.
         front: the least errors of the candidates for the command's activity, from the calmest on.
         interrupted: whether the search ended before all its candidates were tried.
         unstable: names of loops that the best values leave unstable for small motions at one of the places
@@ -86,6 +88,7 @@ class Tuned(NamedTuple):
     ranges: Mapping[str, tuple[float, float]] = MappingProxyType({})
     bounds: Any = None  # of hydroservo.linear too
     typed: Mapping[str, Scale] = MappingProxyType({})
+    rule: Any = None  # of hydroservo.linear too
 
     def __repr__(self) -> str:
         lines = [f"{path} = {value:g}" for path, value in self.parameters.items()]
@@ -113,6 +116,8 @@ class Tuned(NamedTuple):
         return self.own.within and self.best.cost(effort) > self.own.cost(effort)
 
     def runs_line(self) -> list[str]:
+        if self.rule:
+            return ["a first guess, without a search"]
         return [f"{self.runs:,} closed loops were simulated"]
 
     def remarks(self) -> list[str]:
@@ -124,6 +129,7 @@ class Tuned(NamedTuple):
 
 CAPTION = "The metric with the values the scenarios have, and with the best ones."
 FRONT = "The least error that candidates within the bounds have for the activity of their command."
+RULES = "A first guess, and the rule of each gain."
 RANGES = "The best values, and the ranges that were searched."
 DIVERGED = Cell("diverged", mark=Mark.BAD)
 
@@ -140,7 +146,7 @@ def tuned_finding(
         [
             change_line(tuned),
             *tuned_verdicts(tuned),
-            Line(f"{tuned.runs:,} closed loops were simulated."),
+            rule_line(tuned.rule) if tuned.rule else Line(f"{tuned.runs:,} closed loops were simulated."),
             *([Line(f"With these values{seed}:", command=replay)] if replay else []),
             *(
                 line._replace(lead=f"{name}: {line.lead}")
@@ -157,6 +163,13 @@ def tuned_finding(
         tuned_numbers(tuned, command),
         origins=[origin_of_loop(*one) for one in zip(tuned.names, tuned.aim.loops, strict=False)],
     )
+
+
+def rule_line(rule: Any) -> Line:
+    """What gains are from that no search found."""
+    frequency, gain = rule.natural_frequency / (2.0 * math.pi), quantity(rule.velocity_gain, "m/(s V)")
+    axis = f"{number(frequency)} Hz, damping ratio {number(rule.damping_ratio)}, K_q {gain}"
+    return Line("No search", f": a first guess for the axis where it bears least, with {axis}.")
 
 
 def draw_tuned(tuned: "Tuned") -> "Plot":
@@ -203,13 +216,16 @@ def tuned_verdicts(tuned: "Tuned") -> list[Line]:
         text = f" after {tuned.candidates:,} candidates; these are the best values so far."
         lines.append(Line("The search was interrupted", text, Mark.DOUBTFUL))
     if tuned.no_better:
-        text = " than what the scenario has; give the search more candidates."
+        advice = "" if tuned.rule else "; give the search more candidates"
+        text = f" than what the scenario has{advice}."
         lines.append(Line("No better", text, Mark.DOUBTFUL))
     if tuned.edges:
         text = f", so a wider one may hold better: {', '.join(tuned.edges)}."
         lines.append(Line("At an end of its range", text, Mark.DOUBTFUL))
     if tuned.unstable:
         lines.append(Line("Unstable for small motions", f": {'; '.join(tuned.unstable)}.", Mark.BAD))
+    if tuned.rule and not tuned.best.within:
+        lines.append(Line("The first guess is beyond the bounds.", mark=Mark.BAD))
     if not tuned.own.within:
         lines.append(Line("What the scenario has is beyond the bounds."))
     for change in tuned.margins:
@@ -233,17 +249,24 @@ def tuned_gains_table(tuned: "Tuned") -> Table:
     shown = {
         "before": tuned.own.parameters,
         "first guess": tuned.guess.parameters if tuned.guess else {},
-        "best": tuned.parameters,
+        "best": {} if tuned.rule else tuned.parameters,
         "from": {path: low for path, (low, _) in tuned.ranges.items()},
         "to": {path: high for path, (_, high) in tuned.ranges.items()},
     }
     shown = {name: values for name, values in shown.items() if values}
+    rules = tuned.rule.rules if tuned.rule else {}
     rows = [
-        [Cell(path), *(Cell(values[path], searched_unit(tuned, path)) for values in shown.values()), Cell()]
+        [
+            Cell(path),
+            *(Cell(values[path], searched_unit(tuned, path)) for values in shown.values()),
+            Cell(),
+            *([Cell(rules[path])] if rules else []),
+        ]
         for path in tuned.parameters
     ]
     columns = (Column("parameter"), *(Column(name, digits=5) for name in shown), UNIT)
-    return Table("gains", columns, rows, RANGES, typed=tuned.typed)
+    columns += (Column("rule"),) if rules else ()
+    return Table("gains", columns, rows, RULES if rules else RANGES, typed=tuned.typed)
 
 
 def tuned_metrics_table(tuned: "Tuned") -> Table:

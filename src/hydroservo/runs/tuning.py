@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.control.wiring import wired
 from hydroservo.core.block import value_at
 from hydroservo.core.errors import HydroservoError, ParameterError
+from hydroservo.core.validation import whole_number
 from hydroservo.runs.arguments import checked_loops
 from hydroservo.runs.objective import (
     OUTSIDE,
@@ -154,10 +155,9 @@ def search_gains(
     Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
     Fails to promise the best there is: another seed may find a better one.
     """
-    loops = [with_metrics(loop, aim.metrics) for loop in checked_loops(aim.loops)]
-    aim = checked_aim(aim._replace(loops=[wired(loop) for loop in loops]))
+    aim = ready_aim(aim)
     check_ranges(aim.loops, ranges)
-    candidates, seed = checked_whole("candidates", candidates), checked_whole("seed", seed)
+    candidates, seed = whole_number("candidates", candidates, 1, 10**7), checked_whole("seed", seed)
     own = [{path: value_at(loop, path) for path in ranges} for loop in aim.loops]
     tables, before = outcomes_at(aim, own, threads)
     generations = math.ceil(candidates / CANDIDATES)
@@ -173,26 +173,61 @@ def search_gains(
         stopped = True
         interrupted()
     point, parameters = search.best()
-    alike = [parameters] * len(aim.loops)
-    tables, after = outcomes_at(aim, alike, threads)
-    best = tried_values(aim, parameters, after, within=True)
-    if best.error == math.inf:
+    found = tuned_values(aim, own[0], before, parameters, threads)
+    if found.best.error == math.inf:
         raise HydroservoError("nothing found: with the best values some run diverged; try other ranges")
+    return found._replace(
+        runs=search.done * CANDIDATES * aim.seeds * len(aim.loops),
+        edges=[path for path, unit in zip(ranges, point, strict=True) if not 0.01 < unit < 0.99],
+        own=found.own._replace(within=guard is None or not guard.objections({})),
+        guess=search.trial(own[0] | dict(guess)) if guess else None,
+        front=search.front(),
+        interrupted=stopped,
+    )
+
+
+def ready_aim(aim: Aim) -> Aim:
+    """An aim with its loops complete, checked."""
+    loops = [with_metrics(loop, aim.metrics) for loop in checked_loops(aim.loops)]
+    return checked_aim(aim._replace(loops=[wired(loop) for loop in loops]))
+
+
+def guessed_gains(
+    aim: Aim, guess: Mapping[str, float], threads: int | None, guard: SearchGuard | None = None
+) -> Tuned:
+    """What a first guess of gains does to loops, without a search; ``search_gains`` has the arguments."""
+    aim = ready_aim(aim)
+    own = [{path: value_at(loop, path) for path in guess} for loop in aim.loops]
+    _, before = outcomes_at(aim, own, threads)
+    found = tuned_values(aim, own[0], before, guess, threads)
+    pairs = {path: np.array([own[0][path], value]) for path, value in guess.items()}
+    kept, keeps = (guard.violations(pairs) == 0.0).tolist() if guard else (True, True)
+    best = found.best._replace(within=keeps)
+    return found._replace(own=found.own._replace(within=kept), best=best, guess=best)
+
+
+def tuned_values(
+    aim: Aim,
+    own: Mapping[str, float],
+    before: Sequence[CandidateOutcome],
+    parameters: Mapping[str, float],
+    threads: int | None,
+) -> Tuned:
+    """What some values do to loops, beside the first loop's own and what all have with theirs."""
+    tables, after = outcomes_at(aim, [parameters] * len(aim.loops), threads)
+    best = tried_values(aim, parameters, after, within=True)
     return Tuned(
         parameters,
         before=errors_of(before),
         after=errors_of(after),
         cost=best.error,
-        runs=search.done * CANDIDATES * aim.seeds * len(aim.loops),
-        edges=[path for path, unit in zip(ranges, point, strict=True) if not 0.01 < unit < 0.99],
+        runs=0,
+        edges=[],
         tables=tables,
         names=[f"loop {i}" for i in range(1, len(aim.loops) + 1)],
         metric=aim.metric,
-        own=tried_values(aim, own[0], before, within=guard is None or not guard.objections({})),
+        own=tried_values(aim, own, before, within=True),
         best=best,
-        guess=search.trial(own[0] | dict(guess)) if guess else None,
-        front=search.front(),
-        interrupted=stopped,
     )
 
 

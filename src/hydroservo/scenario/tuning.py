@@ -11,7 +11,7 @@ from hydroservo._version import __version__
 from hydroservo.control.wiring import wired
 from hydroservo.core.block import replace
 from hydroservo.core.errors import HydroservoWarning, ParameterError
-from hydroservo.linear.first_guess import first_guess
+from hydroservo.linear.first_guess import FirstGuess, first_guess
 from hydroservo.linear.margins import NO_SLOPE_ERRORS
 from hydroservo.linear.moving_margins import is_unstable
 from hydroservo.linear.stability import LoopGuard, stability_changes
@@ -19,12 +19,17 @@ from hydroservo.runs.arguments import checked_loops, checked_mapping
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.objective import Aim, check_ranges
 from hydroservo.runs.tuned import Tuned
-from hydroservo.runs.tuning import SearchProgress, search_gains
+from hydroservo.runs.tuning import SearchProgress, guessed_gains, search_gains
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.scenario_files import nest_changes
 from hydroservo.scenario.tuning_task import TuningTask, task_of_aim, task_of_scenarios
 from hydroservo.work.cores import single_threaded_algebra
 from hydroservo.work.notebook_bar import shows_progress
+
+NO_GUESS = (
+    "is a first guess without a search, and there is none here: it is for a PI, a PID or a Cascade that "
+    "controls a position or a velocity of an axis that swings on its oil"
+)
 
 
 @single_threaded_algebra()
@@ -75,6 +80,8 @@ def tune(
         effort: exponent of the command's total variation, a factor on each metric, at least 0.
         scales: of the uncertainty, at each of which each scenario is taken.
         candidates: how many sets of numbers are tried; rounded up to a multiple of 64; 4096 if nothing says.
+            With 0 there is no search, and no ranges: the values are those of
+            :func:`~hydroservo.linear.first_guess.first_guess`.
         seed: of the search; 0 if nothing says.
         bounded: whether the best must keep the bounds that follow, and not oscillate, on the machines of the
             search and of the scenarios' uncertainty; True if nothing says.
@@ -126,13 +133,20 @@ def best_values(
     interrupted: Callable[[], None] = lambda: None,
 ) -> Tuned:
     """The best values of a task's search, under the names of its loops, and how the loops stand with them."""
-    check_ranges([wired(loop) for loop in checked_loops(task.aim.loops)], task.ranges)
+    if task.candidates:
+        check_ranges([wired(loop) for loop in checked_loops(task.aim.loops)], task.ranges)
     guard = LoopGuard(task.bounds, task.machines, threads) if task.bounds else None
     aim, ranges = task.aim, task.ranges
-    guess = guess_of(task)
-    found = search_gains(
-        aim, ranges, task.candidates, task.seed, threads, progress, guard, guess, interrupted
-    )
+    rule = guess_of(task)
+    guess = {path: value for path, value in rule.parameters.items() if path in ranges} if rule else {}
+    if task.candidates:
+        found = search_gains(
+            aim, ranges, task.candidates, task.seed, threads, progress, guard, guess, interrupted
+        )
+    elif rule:
+        found = guessed_gains(aim, rule.parameters, threads, guard)._replace(rule=rule)
+    else:
+        raise ParameterError("candidates", 0, NO_GUESS)
     names = task.names or found.names
     found = found._replace(names=names, aim=aim, ranges=ranges, bounds=task.bounds, typed=task.typed)
     if guard is None:
@@ -142,14 +156,15 @@ def best_values(
     return found._replace(margins=stability_changes(task.machines, found.parameters))
 
 
-def guess_of(task: TuningTask) -> dict[str, float]:
-    """A first guess of what is searched, from the first loop's machine; empty where there is none."""
+def guess_of(task: TuningTask) -> FirstGuess | None:
+    """A first guess from the first loop's machine, in five digits; None where there is none."""
     try:
         guess = first_guess(task.aim.loops[0])
     except NO_SLOPE_ERRORS:
-        return {}
-    values = guess.parameters if guess else {}
-    return {path: float(f"{value:.5g}") for path, value in values.items() if path in task.ranges}
+        return None
+    if guess is None:
+        return None
+    return guess._replace(parameters={path: float(f"{one:.5g}") for path, one in guess.parameters.items()})
 
 
 def without_none(**arguments: object) -> dict[str, Any]:

@@ -20,6 +20,8 @@ from hydroservo.scenario.scenario_files import same_place
 from hydroservo.scenario.tables import TableEntry
 from hydroservo.scenario.tune_table import LIMITS, SearchedRange, SearchSettings, checked_part, searched_range
 
+NO_SEARCH = "is a first guess without a search; leave out the ranges"
+
 Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
 
 
@@ -62,6 +64,8 @@ def task_of_aim(
     search = SearchSettings(
         **{name: checked_part(name, value, 1, aim.loops) for name, value in length.items()}
     )
+    if not search.candidates and ranges:
+        raise ParameterError("candidates", 0, NO_SEARCH)
     check_bounded(search, length)
     machines = {f"loop {i}": wired(loop) for i, loop in enumerate(checked_loops(aim.loops), 1)}
     return TuningTask((), (), aim, ranges, search.candidates, search.seed, search.bounds, machines)
@@ -163,6 +167,10 @@ def ranges_to_search(
     """Between what each number is searched, by path."""
     first = next(iter(assemblies.values()))
     asked = {path: searched_range(path, entry, first.loop, first.arguments) for path, entry in ranges.items()}
+    if not search.candidates:
+        if asked:
+            raise ParameterError("candidates", 0, NO_SEARCH)
+        return {}
     wanted = asked or search.ranges
     if not wanted and search.lost:
         of = str(next(iter(assemblies)))
