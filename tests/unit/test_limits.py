@@ -194,6 +194,7 @@ def test_a_law_that_cannot_run_at_a_period_leaves_its_limits():
     alone = limit_over_periods(loop, [4e-3]).at[0]
     assert (second.causal, second.clairvoyant) == pytest.approx((alone.causal, alone.clairvoyant), rel=1e-4)
     assert plot(found).axes[0].get_xscale() == "log"
+    assert "half the sample rate" in found._repr_html_()
 
 
 @pytest.mark.slow
