@@ -32,7 +32,8 @@ def long_run_covariance(parts: Sequence[Matrix]) -> Matrix:
     """
     follows = np.clip(autocorrelations(parts), -MOST_CORRELATED, MOST_CORRELATED)
     rest = [part[1:] - follows * part[:-1] for part in parts]
-    total = sum((bartlett_sum(one, lag_count(rest)) for one in rest), np.zeros((follows.size, follows.size)))
+    lags = lag_count(rest)
+    total = sum((bartlett_sum(one, lags) for one in rest), np.zeros((follows.size, follows.size)))
     back = 1.0 / (1.0 - follows)
     scale = sum(len(part) for part in parts) / sum(len(one) for one in rest)
     found: Matrix = scale * total * back[:, np.newaxis] * back
