@@ -84,7 +84,10 @@ def test_a_notebook_shows_the_numbers_of_a_map(log, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("flow",), "kind = 'flow': must be one of valve-flow, pressure-gain, friction, decay"),
+        (
+            ("flow",),
+            "kind = 'flow': must be one of valve-flow, characteristic, pressure-gain, friction, decay",
+        ),
         (("decay",), "a decay map needs one"),
         (("valve-flow",), 'column "command [V]" is missing'),
         (("friction",), 'no column "velocity [m/s]" or "position [m]"'),

@@ -228,7 +228,10 @@ def settings_of_other(
 @with_output()
 def map_command(
     kind: Annotated[
-        str, typer.Argument(metavar="KIND", help="`valve-flow`, `pressure-gain`, `friction` or `decay`.")
+        str,
+        typer.Argument(
+            metavar="KIND", help="`valve-flow`, `characteristic`, `pressure-gain`, `friction` or `decay`."
+        ),
     ],
     logs: Annotated[
         list[Path],
@@ -244,11 +247,12 @@ def map_command(
     """Measure a static map of a machine from logs of it, with 95 % intervals.
 
     KIND is one of: valve-flow, the flow gain, dead band and hysteresis of a valve from slow sweeps of the
+    command; characteristic, the flow of a valve that bends, as a table, from these or from stairs of the
     command; pressure-gain, from slow sweeps with blocked ports; friction against velocity from moves at
     constant speed; decay, leakage and bulk modulus from pressures in blocked ports. Headers of logs are those
     that `identify` reads. With --out it writes a report (report.html, its tables as CSV and LaTeX in tables),
-    the curve (map.csv), the numbers (metrics.json), a picture (map.png, map.svg) and, with --scenario, a
-    scenario with what was found (scenario.toml).
+    the curve (map.csv), the table of a characteristic (characteristic.csv), the numbers (metrics.json), a
+    picture (map.png, map.svg) and, with --scenario, a scenario with what was found (scenario.toml).
 
     Examples:
 

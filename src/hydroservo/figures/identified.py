@@ -21,8 +21,12 @@ HEIGHT = 1.35  # inch, of a panel
 SUFFIX = "_simulated"
 MOST = 20_000  # points of a curve; longer ones become pixels inside an SVG
 MAP_HEIGHT = 3.2  # inch
+CHARACTERISTIC_HEIGHT = 4.4  # inch
+ABOUT_NULL = 1.0  # dead bands shown on either side of one
+LEAST_ABOUT = 0.1  # of the largest command, shown on either side of null
+MARGIN_ABOUT = 1.3  # times the table's ends there
 MARGIN = 0.03  # of the axes
-DOT = 3.2  # points
+DOT, SMALL_DOT = 3.2, 2.0  # points
 DIRECTIONS = ("command falls", "command rises")
 
 Samples = NDArray[np.float64]
@@ -98,11 +102,14 @@ def plot_static_map(found: "StaticMap") -> Plot:
     """The curve of a map with 95 % intervals over the scatter of its samples, and what is fitted to it.
 
     Points of sweeps have a colour for each direction of the command; pressures that decay are shown over
-    time, with those of the balance.
+    time, with those of the balance. A characteristic is shown about null as well, with its dead band and how
+    far both directions of the command lie apart.
 
     Args:
         found: the map.
     """
+    if found.characteristic is not None:
+        return plot_characteristic(found, found.characteristic)
     with style():
         fig = figure(MAP_HEIGHT)
         axis = fig.subplots()
@@ -115,8 +122,41 @@ def plot_static_map(found: "StaticMap") -> Plot:
     return fig
 
 
-def draw_map_curve(axis: Axes, found: "StaticMap") -> None:
-    """The second variable over the first."""
+def plot_characteristic(found: "StaticMap", table: xr.Dataset) -> Plot:
+    """Both branches and the table, whole and about null, and how far the branches lie apart."""
+    name = str(list(table.data_vars)[1])
+    command, answer = table["command"].values, table[name].values
+    null = command[answer == 0.0]
+    with style():
+        fig = figure(CHARACTERISTIC_HEIGHT)
+        axes = fig.subplot_mosaic([["whole", "null"], ["apart", "apart"]], height_ratios=[3.0, 1.0])
+        for axis, size in ((axes["whole"], SMALL_DOT), (axes["null"], DOT)):
+            axis.margins(MARGIN, 2.0 * MARGIN)
+            draw_map_curve(axis, found, size)
+        unit, factor = axis_unit(table[name].attrs["units"], largest_size([found.curve[name].values]))
+        axes["whole"].set(ylabel=f"{name} [{unit}]", title="whole")
+        reach = max(ABOUT_NULL * float(np.ptp(null)), LEAST_ABOUT * float(command[-1]))
+        ends = np.array([null[0] - reach, null[-1] + reach])
+        low, high = MARGIN_ABOUT * factor * np.interp(ends, command, answer)
+        axes["null"].set(xlim=ends, ylim=(low, high), ylabel="", title="about null")
+        draw_width(axes["apart"], command, table["hysteresis"].values)
+        for axis in axes.values():
+            if null.size > 1:
+                axis.axvspan(null[0], null[-1], color=GREY, alpha=0.15, linewidth=0.0, label="dead band")
+        axes["whole"].legend(loc="upper left")
+    return fig
+
+
+def draw_width(axis: Axes, command: Samples, width: Samples) -> None:
+    """How far both directions of the command lie apart at each point where that is known."""
+    largest = largest_size([width[np.isfinite(width)]])
+    unit, factor = axis_unit("V", largest)
+    axis.plot(command, factor * width, "o-", color=GREY, markersize=DOT, linewidth=0.8)
+    axis.set(xlabel="command [V]", ylabel=f"apart [{unit}]", ylim=(0.0, 1.3 * factor * largest or 1.0))
+
+
+def draw_map_curve(axis: Axes, found: "StaticMap", size: float = DOT) -> None:
+    """The second variable over the first, with marks of a size in points."""
     curve = found.curve
     name_x, name_y = list(map(str, curve.data_vars))[:2]
     x, y = label_map_axes(axis, found, name_x, name_y)
@@ -130,7 +170,7 @@ def draw_map_curve(axis: Axes, found: "StaticMap") -> None:
         axis.errorbar(places, values, deviation[on], elinewidth=3.0, alpha=0.25, **bar)
         label = "mean, 95 % interval and scatter" if way < 0.0 else DIRECTIONS[int(way)]
         axis.errorbar(
-            places, values, half[on], marker="o", markersize=DOT, elinewidth=0.8, label=label, **bar
+            places, values, half[on], marker="o", markersize=size, elinewidth=0.8, label=label, **bar
         )
     for line in found.lines:
         axis.plot(x * line.x, y * line.y, color=GREY, linewidth=1.0, label=line.label or None, zorder=3)

@@ -12,9 +12,11 @@ from hydroservo.core.formatting import plain_quantity
 from hydroservo.core.nearest import one_of
 from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE, TIME, LogSource, log_mapping, read_logs
 from hydroservo.identification.log_check import check_balance, check_positions, stroke_of
+from hydroservo.identification.maps.characteristic import characteristic_map
 from hydroservo.identification.maps.decay import decay_map
 from hydroservo.identification.maps.friction import friction_map
 from hydroservo.identification.maps.piston import piston_of
+from hydroservo.identification.maps.played import tables_with_curve
 from hydroservo.identification.maps.pressure_gain import pressure_gain_map
 from hydroservo.identification.maps.result import Interval, MapContents, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow_map
@@ -28,6 +30,7 @@ class MapKind(StrEnum):
     """The maps that there are."""
 
     VALVE_FLOW = "valve-flow"
+    CHARACTERISTIC = "characteristic"
     PRESSURE_GAIN = "pressure-gain"
     FRICTION = "friction"
     DECAY = "decay"
@@ -48,14 +51,15 @@ def map_logs(
 
     Args:
         kind: ``valve-flow``, from slow sweeps of the command with a piston that moves freely;
+            ``characteristic``, from those or from stairs of the command, for a valve of any curve;
             ``pressure-gain``, from slow sweeps with blocked ports; ``friction``, from moves at constant
             speed; ``decay``, of pressures in blocked ports, for leakage and bulk modulus.
         logs: one or several: files (CSV, Parquet, MATLAB, NetCDF, HDF5, MDF, TDMS), or mappings of ``time``,
             ``command`` and measured signals to arrays of shape (n,) in SI units. Friction and decay need no
             command.
         scenario: whose areas, volumes and supply count, by name or path; its table ``[identify.columns]``
-            says which column of a log holds which signal. A pressure gain, and friction from the hydraulic
-            force, need none.
+            says which column of a log holds which signal. A pressure gain, a characteristic of speed, and
+            friction from the hydraulic force need none.
         changes: values by dotted path that override those of the scenario.
         plugins: Python files with blocks that it names; they are executed.
 
@@ -75,7 +79,7 @@ def map_logs(
     if scenario is None and (changes or plugins):
         raise ParameterError("changes" if changes else "plugins", changes or plugins, "need a scenario")
     assembly = None if scenario is None else assemble(scenario, changes, plugins)
-    needed = (COMMAND,) if kind in (MapKind.VALVE_FLOW, MapKind.PRESSURE_GAIN) else ()
+    needed = () if kind in (MapKind.FRICTION, MapKind.DECAY) else (COMMAND,)
     with commands_in(VOLTS if assembly is None else assembly.loop.command):
         mapping = log_mapping({} if assembly is None else assembly.log_columns)
         given = [logs] if isinstance(logs, str | Path | Mapping) else list(logs)
@@ -90,6 +94,11 @@ def map_logs(
             scenario, changes or {}, plugins, estimates_of_values(found.values)
         )
         remarks += problems
+    if scenario is not None and found.characteristic is not None and found.changes:
+        tables, problems = tables_with_curve(
+            scenario, changes or {}, plugins, found.changes, found.characteristic
+        )
+        remarks += problems
     return StaticMap(
         str(kind),
         "" if scenario is None else str(scenario),
@@ -101,6 +110,7 @@ def map_logs(
         tables,
         found.undetermined,
         None if assembly is None else assembly.loop,
+        found.characteristic,
     )
 
 
@@ -113,12 +123,15 @@ def measure_map(
     if kind == MapKind.PRESSURE_GAIN:
         return pressure_gain_map(logs, loop, piston)
     if kind != MapKind.DECAY:
-        check_balance(logs, loop, driven=kind == MapKind.VALVE_FLOW)
+        check_balance(logs, loop, driven=kind != MapKind.FRICTION)
     if kind == MapKind.FRICTION:
         return friction_map(logs, loop, piston)
+    if loop is not None:
+        check_positions(logs, stroke_of(loop.plant))
+    if kind == MapKind.CHARACTERISTIC:
+        return characteristic_map(logs, loop, piston)
     if loop is None or piston is None:
         raise ParameterError("scenario", "none", f"a {kind} map needs one, for areas, volumes and supply")
-    check_positions(logs, stroke_of(loop.plant))
     return valve_flow_map(logs, loop, piston) if kind == MapKind.VALVE_FLOW else decay_map(logs, piston)
 
 

@@ -75,13 +75,15 @@ class MapContents(NamedTuple):
     values: Mapping[str, Interval] = {}
     remarks: Sequence[str] = ()  # what a user should know, in a line each
     undetermined: Mapping[str, str] = {}  # numbers that it cannot give, and why
+    characteristic: "xr.Dataset | None" = None  # the table of a characteristic
+    changes: Mapping[str, Any] = {}  # of the scenario by their paths, with which its valve plays that table
 
 
 class StaticMap(NamedTuple):
     """A map of a machine.
 
     Attributes:
-        kind: valve-flow, pressure-gain, friction or decay.
+        kind: valve-flow, characteristic, pressure-gain, friction or decay.
         scenario: whose machine it is; empty where none was given.
         logs: from which it is.
         curve: its points along ``point``, with deviations and 95 % intervals, an xarray.Dataset.
@@ -91,6 +93,8 @@ class StaticMap(NamedTuple):
         tables: of a scenario over the given one, with what was found.
         undetermined: numbers that it cannot give, and why.
         loop: of the scenario, where one was given.
+        characteristic: the table of a map of that kind along ``point``: flow or speed over the command, which
+            does not fall, with intervals, an xarray.Dataset.
     """
 
     kind: str
@@ -103,6 +107,7 @@ class StaticMap(NamedTuple):
     tables: Mapping[str, Any]
     undetermined: Mapping[str, str] = {}
     loop: Loop | None = None
+    characteristic: "xr.Dataset | None" = None
 
     def toml(self, folder: Path | str = ".") -> str:
         """The text of a scenario with what was found, which builds on the given one.

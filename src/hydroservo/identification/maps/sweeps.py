@@ -132,6 +132,8 @@ def mean_answer(sweeps: Sequence[Pass], rising: bool) -> tuple[Samples, Samples]
 def swept_curve(sweeps: Sequence[Pass], name: str, unit: str, meaning: str) -> "xr.Dataset":
     """The mean answer at each command, rising and falling, with its scatter and 95 % interval.
 
+    The command is the middle of a step, or of stairs the mean of the levels in it.
+
     The scatter is what is left of a straight line through the samples around a point.
     """
     every = np.concatenate([one.command for one in sweeps])
@@ -147,7 +149,8 @@ def swept_curve(sweeps: Sequence[Pass], name: str, unit: str, meaning: str) -> "
                 if here.sum() > 1
             ]
             if inside:
-                middle = 0.5 * (low + high)
+                every = np.concatenate([command for command, _ in inside])
+                middle = 0.5 * (low + high) if np.unique(every).size > len(inside) else float(every.mean())
                 rows.append((middle, *at_middle(inside, middle), float(rising)))
     columns = np.array(rows).T
     about = {
@@ -258,7 +261,7 @@ def loops_of(lines: Sequence[SweepLine], known: float, static: bool = True) -> L
             return Loops(apart, rate, lag, mean_interval(line.hysteresis() for line in lines), True, False)
     made = 2.0 * known * rate
     left = apart[0] - made, float(np.hypot(apart[1], UNSURE * made))
-    return Loops(apart, rate, known, left, False, not varied)
+    return Loops(apart, rate, known, left, False, rate > 0.0 and not varied)
 
 
 def mean_interval(numbers: Iterator[tuple[float, float]]) -> tuple[float, float]:

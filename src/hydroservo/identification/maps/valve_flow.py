@@ -12,6 +12,8 @@ from hydroservo.core.formatting import quantity
 from hydroservo.core.hooks import line_pressures
 from hydroservo.core.signals import Pressures
 from hydroservo.identification.log import COMMAND
+from hydroservo.identification.log_check import stroke_of
+from hydroservo.identification.maps.monotone import mirrored, rises
 from hydroservo.identification.maps.piston import Piston, require_signals, stretch_velocity
 from hydroservo.identification.maps.result import DrawnLine, Interval, MapContents, unchanged_number
 from hydroservo.identification.maps.sweeps import (
@@ -39,6 +41,7 @@ WINDOW = 25  # samples of a mean velocity, by which it has a sign
 WIDEST = 0.1  # of the command's span, that both its directions may lie apart
 DEAD_BAND = ("dead_band_plus", "dead_band_minus", "dead_band", "null_offset")
 BENT = 0.05  # of the largest flow, that may be left of a line
+MEASURE_IT = "map characteristic measures a bent one"
 
 Samples = NDArray[np.float64]
 
@@ -69,7 +72,7 @@ def valve_flow_map(logs: Sequence[UnderstoodLog], loop: Loop, piston: Piston) ->
     for log in logs:
         require_signals(log, ("velocity", "position"), "a flow curve")
         for one in log.segments:
-            period, rows = thin_out(one.period, flow_signals(one, piston))
+            period, rows = thin_out(one.period, flow_signals(one, stroke_of(piston.plant)))
             normalised &= "drop" in drops(rows, line, piston)
             flow = at_no_load(rows, line, piston, period)
             sweeps += passes(period, rows[COMMAND], flow)
@@ -81,7 +84,7 @@ def valve_flow_map(logs: Sequence[UnderstoodLog], loop: Loop, piston: Piston) ->
     hysteresis, unknown = hysteresis_of(loops)
     numbers = gains_of(sides, "" if normalised else ", at the load that it met") | hysteresis
     fast = too_fast(loops, WIDEST, span)
-    edges, crossed = dead_band_of(sides)
+    edges, crossed = dead_band_of(*(sides[sign].line.null() for sign in (1.0, -1.0)))
     if fast:
         edges, crossed = {}, dict.fromkeys(DEAD_BAND, fast)
     numbers |= edges
@@ -90,10 +93,9 @@ def valve_flow_map(logs: Sequence[UnderstoodLog], loop: Loop, piston: Piston) ->
     return MapContents(curve, numbers, [*flow_lines(sides)], values, [*remarks, *left], unknown | crossed)
 
 
-def flow_signals(one: Segment, piston: Piston) -> dict[str, Samples]:
-    """Signals that count, with nan where the piston is at an end of its stroke."""
+def flow_signals(one: Segment, stroke: float) -> dict[str, Samples]:
+    """Signals that count, with nan where the piston is at an end of its stroke [m]."""
     velocity = stretch_velocity(one)
-    stroke = getattr(piston.plant, "stroke", np.inf)
     if "position" in one.measured:
         x = one.measured["position"]
         velocity = np.where((x > END * stroke) & (x < (1.0 - END) * stroke), velocity, np.nan)
@@ -156,6 +158,8 @@ def side_of(sweeps: Sequence[Pass], sign: float, name: str) -> Side:
     if found is None:
         way = "positive" if sign > 0.0 else "negative"
         problem = f"shows no {way} flow that follows the command: sweep farther, slower, or both ways"
+        if rises(sweeps if sign > 0.0 else mirrored(sweeps)):
+            problem = f"its {way} flow is bent, and no straight line goes through it: {MEASURE_IT}"
         raise ScenarioError(name, "command", problem)
     return Side(found, largest)
 
@@ -170,9 +174,10 @@ def gains_of(sides: Mapping[float, Side], at: str) -> dict[str, Interval]:
     }
 
 
-def dead_band_of(sides: Mapping[float, Side]) -> tuple[dict[str, Interval], dict[str, str]]:
-    """Where flow begins either way, and what of it cannot be determined."""
-    above, below = (sides[sign].line.null() for sign in (1.0, -1.0))
+def dead_band_of(
+    above: tuple[float, float], below: tuple[float, float]
+) -> tuple[dict[str, Interval], dict[str, str]]:
+    """Where flow begins either way, each with half its interval [V], and what of it cannot be determined."""
     half = 0.5 * float(np.hypot(above[1], below[1]))
     middle = Interval.around(0.5 * (above[0] + below[0]), half, "V", "middle of the dead band")
     width = Interval.around(above[0] - below[0], 2.0 * half, "V", "width of the dead band")
@@ -210,7 +215,8 @@ def flow_remarks(sides: Mapping[float, Side], normalised: bool) -> Iterator[str]
         if side.line.found.scatter > BENT * side.largest:
             way = "positive" if sign > 0.0 else "negative"
             share = 100.0 * side.line.found.scatter / side.largest
-            yield f"{way} flow lies {share:.2g} % of its largest beside its line: it bends or swings"
+            beside = f"{way} flow lies {share:.2g} % of its largest beside its line"
+            yield f"{beside}: it bends or swings; {MEASURE_IT}"
 
 
 def valve_values(
