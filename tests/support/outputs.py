@@ -45,6 +45,8 @@ COMMANDS = {  # by what makes them different; examples are files of that folder
     " --vary 'controller.proportional_gain=0.3..30 V s/m' SHORT",
     "identify fits": "identify examples/axis.toml log/trajectory.csv VARY",
     "identify misfit": "identify examples/axis.toml log/trajectory.csv VARY",
+    "map characteristic": "map characteristic log/trajectory.csv"
+    " --scenario examples/maps/characteristic.toml",
     "map friction": "map friction log/trajectory.csv --scenario examples/maps/machine.toml",
     "map decay": "map decay log/trajectory.csv --scenario examples/maps/machine.toml",
     "log bench": "log examples/bench_log.csv",
@@ -73,6 +75,7 @@ KalmanObserver.hydraulic_force_noise = "sensors.hydraulic_force_noise"
 LOGS = {  # scenarios whose runs are the logs that commands read
     "identify fits": f"axis.toml {SECOND}",
     "identify misfit": f"axis.toml {SECOND} --set 'plant.friction={STRIBECK}'",
+    "map characteristic": "maps/characteristic.toml",
     "map friction": "maps/friction.toml",
     "map decay": "maps/decay.toml",
     "log simulated": f"axis.toml {SECOND}",
