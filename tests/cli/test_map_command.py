@@ -13,6 +13,7 @@ from hydroservo.identification.maps import map_logs
 from hydroservo.identification.maps.finding import map_finding
 from hydroservo.scenario import load_scenario
 from hydroservo.show.table import texts_of
+from tests.support.characteristic_logs import sweep
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 from tests.support.commands.tuning import rows_of
 from tests.support.map_logs import scenario
@@ -79,6 +80,52 @@ def test_a_notebook_shows_the_numbers_of_a_map(log, tmp_path):
     assert all(remark in page for remark in map(escape, found.remarks))
     for text in (*texts_of(table).rows[0], *found.undetermined):
         assert escape(text) in page
+
+
+def written_log(path, columns):
+    """A log in a file."""
+    pd.DataFrame(columns).to_csv(path, index=False)
+    return path
+
+
+def test_a_characteristic_is_written_as_a_table_from_which_curves_are_read(tmp_path):
+    signals, out = sweep(0), tmp_path / "found"
+    units = {"time": "s", "command": "V", "velocity": "m/s"}
+    log = written_log(
+        tmp_path / "sweep.csv", {f"{name} [{units[name]}]": row for name, row in signals.items()}
+    )
+    result = hydroservo_("map", "characteristic", log, "--json", "--out", out)
+    assert result.exit_code == 0, result.output
+    said = json.loads(result.stdout)
+    check_report(out, said)
+    assert not (out / "scenario.toml").exists()
+    table = pd.read_csv(out / "characteristic.csv")
+    assert list(table)[:2] == ["command [V]", "speed [m/s]"]
+    assert table["speed [m/s]"].tolist() == said["characteristic"]["speed"]["values"]
+    assert table["samples"].dtype.kind == "i"
+    text = succeeded("map", "characteristic", log)
+    assert f"of {len(table)} points; all are in characteristic.csv." in text
+    assert len(text.splitlines()) < 40
+    page = map_logs("characteristic", log)._repr_html_()
+    assert "all are in characteristic.csv" in page
+
+
+def test_the_table_of_a_valve_that_takes_a_current_is_over_that(tmp_path):
+    signals, out, mine = sweep(0), tmp_path / "found", tmp_path / "mine.toml"
+    columns = {"time [s]": signals["time"], "command [mA]": 4.0 * signals["command"]}
+    log = written_log(tmp_path / "sweep.csv", {**columns, "velocity [m/s]": signals["velocity"]})
+    own = 'base = "axis/position"\ncommand.full_scale = "40 mA"\n'
+    mine.write_text(own)
+    succeeded("map", "characteristic", log, "--scenario", mine, "--out", out)
+    table = pd.read_csv(out / "characteristic.csv")
+    assert table["command [mA]"].iloc[-1] == pytest.approx(39.6, abs=0.3)
+    mine.write_text(
+        own + '[controller]\ntype = "CharacteristicCompensation.from_speed"\n'
+        'speed = { file = "found/characteristic.csv" }\nfull_command = "40 mA"\nthreshold = "0.4 mA"\n'
+        'controller = { type = "PID", proportional_gain = "800 mA/m", integral_gain = "0 mA/(m s)" }\n'
+    )
+    inverse = load_scenario(mine).controller.inverse
+    assert inverse.value(10.0) == pytest.approx(9.9, abs=0.1)
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ MAP_HEIGHT = 3.2  # inch
 CHARACTERISTIC_HEIGHT = 4.4  # inch
 ABOUT_NULL = 1.0  # dead bands shown on either side of one
 LEAST_ABOUT = 0.1  # of the largest command, shown on either side of null
-MARGIN_ABOUT = 1.3  # times the table's ends there
+HEADROOM = 1.3  # times the ends of what is shown
 MARGIN = 0.03  # of the axes
 DOT, SMALL_DOT = 3.2, 2.0  # points
 DIRECTIONS = ("command falls", "command rises")
@@ -137,7 +137,7 @@ def plot_characteristic(found: "StaticMap", table: xr.Dataset) -> Plot:
         axes["whole"].set(ylabel=f"{name} [{unit}]", title="whole")
         reach = max(ABOUT_NULL * float(np.ptp(null)), LEAST_ABOUT * float(command[-1]))
         ends = np.array([null[0] - reach, null[-1] + reach])
-        low, high = MARGIN_ABOUT * factor * np.interp(ends, command, answer)
+        low, high = HEADROOM * factor * np.interp(ends, command, answer)
         axes["null"].set(xlim=ends, ylim=(low, high), ylabel="", title="about null")
         draw_width(axes["apart"], command, table["hysteresis"].values)
         for axis in axes.values():
@@ -149,10 +149,12 @@ def plot_characteristic(found: "StaticMap", table: xr.Dataset) -> Plot:
 
 def draw_width(axis: Axes, command: Samples, width: Samples) -> None:
     """How far both directions of the command lie apart at each point where that is known."""
-    largest = largest_size([width[np.isfinite(width)]])
-    unit, factor = axis_unit("V", largest)
+    known = width[np.isfinite(width)]
+    unit, factor = axis_unit("V", largest_size([known]))
     axis.plot(command, factor * width, "o-", color=GREY, markersize=DOT, linewidth=0.8)
-    axis.set(xlabel="command [V]", ylabel=f"apart [{unit}]", ylim=(0.0, 1.3 * factor * largest or 1.0))
+    axis.set(xlabel="command [V]", ylabel=f"apart [{unit}]", xlim=(command[0], command[-1]))
+    if known.size:
+        axis.set_ylim(HEADROOM * factor * min(known.min(), 0.0), HEADROOM * factor * max(known.max(), 1e-6))
 
 
 def draw_map_curve(axis: Axes, found: "StaticMap", size: float = DOT) -> None:
