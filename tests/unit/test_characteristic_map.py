@@ -58,6 +58,16 @@ def test_the_table_is_the_curve_within_1_per_cent_of_full_flow(name, seed):
         assert half < 0.1
 
 
+def test_a_position_tells_the_same_table_as_a_velocity():
+    log = sweep(0)
+    steps = np.diff(log["time"], prepend=-0.01) * np.append(0.0, log["velocity"][:-1])
+    position = 1e-5 * np.round(np.cumsum(steps) / 1e-5)
+    command, speed = curve_of(
+        mapped({**{key: log[key] for key in ("time", "command")}, "position": position})
+    )
+    assert np.abs(speed - kinked(command)).max() < SHARE * 0.5
+
+
 def test_the_dead_band_is_flat_and_points_are_denser_about_null_and_the_kinks():
     command, speed = curve_of(mapped(sweep(1)))
     (flat,) = np.nonzero(speed == 0.0)

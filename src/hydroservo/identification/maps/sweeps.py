@@ -249,7 +249,7 @@ class Loops(NamedTuple):
 
 
 def loops_of(lines: Sequence[SweepLine], known: float, static: bool = True) -> Loops:
-    """The loop, with the lag of the log where its rates tell it better than the scenario does.
+    """The loop, with the lag of the log where its rates tell one, and better than the scenario does.
 
     It is static where nothing but a lag and a hysteresis lays directions apart.
     """
@@ -257,7 +257,7 @@ def loops_of(lines: Sequence[SweepLine], known: float, static: bool = True) -> L
     varied = all(line.tells_lag for line in lines)
     if varied and static:
         lag, half = mean_interval(line.lag() for line in lines)
-        if half < UNSURE * known or abs(lag - known) > half:
+        if lag > 0.0 and (half < UNSURE * known or abs(lag - known) > half):
             return Loops(apart, rate, lag, mean_interval(line.hysteresis() for line in lines), True, False)
     made = 2.0 * known * rate
     left = apart[0] - made, float(np.hypot(apart[1], UNSURE * made))

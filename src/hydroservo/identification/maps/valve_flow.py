@@ -96,7 +96,7 @@ def valve_flow_map(logs: Sequence[UnderstoodLog], loop: Loop, piston: Piston) ->
 def flow_signals(one: Segment, stroke: float) -> dict[str, Samples]:
     """Signals that count, with nan where the piston is at an end of its stroke [m]."""
     velocity = stretch_velocity(one)
-    if "position" in one.measured:
+    if "position" in one.measured and np.isfinite(stroke):
         x = one.measured["position"]
         velocity = np.where((x > END * stroke) & (x < (1.0 - END) * stroke), velocity, np.nan)
     taken = ("position", "pressure_a", "pressure_b", "hydraulic_force")
