@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 import hydroservo as hs
+from hydroservo.core.curve import Curve
 from tests.support.map_logs import scenario, seen
 from tests.support.tiers import mostly
 
@@ -47,6 +48,60 @@ def test_a_sweep_gives_back_the_valve(seed):
         assert near(found.numbers[f"dead_band_{way}"], sign * lap, share)
     assert near(found.numbers["hysteresis"], BENCH.valve.hysteresis / BENCH.valve.gain, WIDTH)
     assert near(found.numbers["null_offset"], 0.0, share, lap)
+
+
+def seen_table(seed):
+    """The table of the example's stairs, with the scenario's loop."""
+    found = hs.map_logs("characteristic", seen("characteristic", seed), scenario("characteristic"))
+    table = found.characteristic
+    return table["command"].values, table["flow"].values, found.loop
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", mostly(pytest.mark.nightly, SEEDS, [0]))
+def test_stairs_give_back_the_curve_of_a_valve_with_a_kink(seed):
+    command, flow, loop = seen_table(seed)
+    valve, drop = loop.valve, loop.supply.drop()
+    places = np.linspace(command[0], command[-1], 1001)
+    true = np.array([valve.orifice.flow(valve.gain * u, drop, 0.0) for u in places])
+    measured = Curve.from_samples(command, flow)
+    apart = np.array([measured.value(u) for u in places]) - true
+    assert np.abs(apart).max() < 0.01 * np.abs(true).max()
+
+
+@pytest.mark.slow
+def test_a_loop_is_better_with_the_measured_table_than_with_the_overlap_alone():
+    """With the same gains for all; docs/controllers/industry.md searches those of each."""
+    command, flow, loop = seen_table(0)
+    curve = {"points": [[f"{u} V", f"{q} m^3/s"] for u, q in zip(command, flow, strict=True)]}
+    pid = {
+        "type": "PID",
+        "proportional_gain": "1434 V/m",
+        "integral_gain": "1365 V/(m s)",
+        "rate_feedforward": "30 V s/m",
+    }
+    laws = {
+        "none": pid,
+        "overlap": {
+            "type": "DeadBandCompensation",
+            "extend_overlap": "0.3 V",
+            "retract_overlap": "0.3 V",
+            "threshold": "0.14 V",
+            "controller": pid,
+        },
+        "measured": {
+            "type": "CharacteristicCompensation.from_flow",
+            "flow": curve,
+            "full_command": "10 V",
+            "threshold": "0.14 V",
+            "controller": pid,
+        },
+    }
+    errors = {}
+    for name, law in laws.items():
+        axis = hs.load_scenario("axis/position", {"controller": law})
+        errors[name] = float(hs.simulate(axis._replace(valve=loop.valve))["rms_error"])
+    assert errors["measured"] < 0.7 * errors["overlap"] < 0.7 * errors["none"]
 
 
 def blocked_gain(loop):
