@@ -105,7 +105,7 @@ def test_limits_at_several_periods_print_a_row_each(over_periods):
     [
         ("0ms", "--period = '0 s': must be above 0"),
         ("-1ms", "--period = '-0.001 s': must be above 0"),
-        ("2", "--period = '2': has no unit; write '2 s'"),
+        ("2", "--period = '2 s': must be at most the duration, 0.06 s"),
         ("1ms,1ms", "--period = '0.001 s': is there twice"),
         ("1ms, 7s", "--period = '7 s': must be at most the duration, 0.06 s"),
         ("1ms,,2ms", "--period = '': is not a quantity such as '10 us'"),
@@ -113,5 +113,5 @@ def test_limits_at_several_periods_print_a_row_each(over_periods):
         ("7ms", "must divide the duration"),
     ],
 )
-def test_what_is_no_period_is_one_line(periods, said):
+def test_a_wrong_period_is_refused_in_one_line(periods, said):
     assert said in failed("limit", "rig/1khz-pi-square", *SHORTER, f"--period={periods}")

@@ -75,7 +75,9 @@ LOOPS = {
         Simulation(4e-4, 1e-4, 2),
         reference=example(Square, period=3e-4),
         controller=example(TSMC),
-        metrics=group({name: getattr(monitors, name)() for name in monitors.__all__ if name != PRESSURES}),
+        metrics=group(
+            {name: example(getattr(monitors, name)) for name in monitors.__all__ if name != PRESSURES}
+        ),
     ),
 }
 RANGES = {

@@ -194,22 +194,23 @@ def position_law(share: float) -> Loop:
     return loop._replace(plant=plant, controls=Position(), controller=law, reference=reference)
 
 
-def asked_of_gain(loop: Loop) -> Assumption:
+def gain_assumption(loop: Loop) -> Assumption:
     begun = runnable_loop(loop)
     return named("gain", "controller", LoopFacts(loop, begun, None, None, COMMANDS))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.25, 0.6])
-def test_a_position_law_without_lags_has_half_of_the_textbook_s_gain(share: float) -> None:
+def test_a_position_law_without_lags_has_half_of_the_textbook_gain(share: float) -> None:
     loop = position_law(share)
-    found = asked_of_gain(loop)
+    found = gain_assumption(loop)
     assert found.value == loop.controller.proportional_gain
     assert found.margin == pytest.approx(0.5 / share, rel=0.04)  # 3 % from factor to factor of the onset
     assert found.holds is (share < 0.5)
 
 
 def test_a_position_law_that_oscillates_has_no_largest_gain() -> None:
-    found = asked_of_gain(position_law(1.2))
+    found = gain_assumption(position_law(1.2))
     assert math.isnan(found.bound)
     assert (found.margin, found.holds) == (0.0, False)
 

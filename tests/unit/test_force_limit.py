@@ -29,7 +29,7 @@ def test_the_smaller_command_is_put_out(force: float) -> None:
     pressed = PRESS.controller.step(s.limiting.controller, y, Demand(1e4, 0.0, 0.0), H)
     found = law.step(s, y, r, H)
     assert found.u == min(moved.u, pressed.u)
-    assert found.limits == float(pressed.u < moved.u)
+    assert found.is_limiting == float(pressed.u < moved.u)
     assert (found.controller, found.limiting.controller) == (moved, pressed)
 
 
@@ -59,27 +59,40 @@ def test_an_impedance_yields_as_its_equation_has_it() -> None:
     roots = np.roots([mass, damping, stiffness])
     shares = np.linalg.solve([[1.0, 1.0], roots], [-1.0, 0.0])
     z = excess / stiffness * (1.0 + np.real(shares @ np.exp(roots * 0.02)))
-    assert s.yielding == pytest.approx(z, rel=1e-3)
+    assert s.deflection == pytest.approx(z, rel=1e-3)
 
 
 def test_an_impedance_does_not_push_back() -> None:
     law = Impedance(MOVE, force=1e4, damping=1e3, mass=10.0)
     y, r = measured(0.03, 0.0, 0.2), Demand(0.05, 0.1, 0.0)
     s = law.step(law.init(), y, r, H)
-    assert (s.yielding, s.yielding_rate) == (0.0, 0.0)
+    assert (s.deflection, s.deflection_rate) == (0.0, 0.0)
     assert s.controller == MOVE.step(MOVE.init(), y, r, H)
+
+
+def test_an_impedance_without_stiffness_holds_its_force_and_gives_way_once() -> None:
+    """Against a spring that its demand presses: F = k (r - z), until F is F_0; and z ends at 0, not below."""
+    law, spring, reach = Impedance(MOVE, force=1e4, mass=0.0, damping=1e5), 1e6, 0.02
+    s = law.init()
+    for _ in range(2_000):
+        s = law.step(s, measured(0.03, spring * (reach - s.deflection), 0.0), Demand(0.05, 0.0, 0.0), H)
+    assert s.deflection == pytest.approx(reach - 1e4 / spring)
+    for _ in range(2_000):
+        s = law.step(s, measured(0.03, 0.0, 0.0), Demand(0.05, 0.0, 0.0), H)
+        assert s.deflection >= 0.0
+    assert (s.deflection, s.deflection_rate) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("stiffness", [1e6, 1e7, 1e8])
 def test_the_press_holds_its_force_and_opens_again(stiffness: float) -> None:
     changes = {"plant.mechanism.stiffness": stiffness, "uncertainty.scale": 0}
     loop = load_scenario("axis/press", changes)
-    run = simulate(loop, record=("plant.position", "controller.controller.limits"))
+    run = simulate(loop, record=("plant.position", "controller.controller.is_limiting"))
     assert float(run["contact_overshoot"]) < 0.05
     assert float(run["holding_time"]) < 1.0
     assert float(run["bounces"]) == 0.0
     assert float(run["plant.position"][-1]) == pytest.approx(0.05, abs=1e-3)
-    limits = run["controller.controller.limits"].values
+    limits = run["controller.controller.is_limiting"].values
     assert limits[:500].mean() < 0.1
     assert limits[1200:2000].mean() > 0.9
     assert limits[-500:].mean() < 0.1

@@ -83,8 +83,9 @@ class LoopFacts:
     @cached_property
     def gain_margin(self) -> float:
         """The least of the onset of oscillation and the gain margins in motion; 1 of an unstable loop."""
-        largest = largest_command(self.given)
-        moving = [judged.margins for _, judged in points_in_motion(self.given, largest)]
+        if self.view is not None and not self.view.judged.margins.stable:
+            return 1.0
+        moving = [judged.margins for _, judged in points_in_motion(self.given, largest_command(self.given))]
         found = [one.gain_margin if one.stable else 1.0 for one in moving]
         onset = known_onset(self.given, None) if self.view is None else self.view.onset
         return min((one for one in (*found, onset) if not math.isnan(one)), default=math.nan)

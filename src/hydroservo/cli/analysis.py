@@ -113,19 +113,12 @@ def limit_command(
 
 
 def parse_periods(text: str, duration: float) -> list[float]:
-    """The times of ``--period TIME,TIME,...`` [s], each with its unit, of a run of some duration."""
+    """The times of ``--period TIME,TIME,...`` [s] of a run of some duration."""
     from hydroservo.limits.over_periods import checked_periods
-    from hydroservo.scenario.quantities import si_value
 
-    found = []
-    for part in map(str.strip, text.split(",")):
-        try:
-            found.append(si_value(part, "s"))
-        except ValueError as error:
-            problem, *_ = str(error).split(", or the number")
-            raise ParameterError("--period", part, problem) from None
+    periods = [parse_quantity("--period", part.strip(), "s") or 0.0 for part in text.split(",")]
     try:
-        return checked_periods(found, duration)
+        return checked_periods(periods, duration)
     except ParameterError as error:
         raise ParameterError("--period", error.value, error.allowed) from None
 

@@ -97,7 +97,7 @@ def tune_command(
             metavar="N",
             show_default="4096",
             help="How many sets of values to try; rounded up to a multiple of 64. 0: no search, but a first "
-            "guess from the natural frequency of the axis.",
+            "guess from the natural frequency of the first scenario's axis.",
         ),
     ] = None,
     seed: Annotated[

@@ -7,7 +7,7 @@ The one place for Python, scenarios and the command line. :func:`wired` fills in
 from hydroservo.control.controlled.command import Command
 from hydroservo.control.controlled.this_signal import ThisSignal
 from hydroservo.control.loop import Loop
-from hydroservo.core.block import Block, field_at, inner_controls, is_block, nested_blocks
+from hydroservo.core.block import Block, field_at, inner_controls, is_block
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.hooks import at_rest, has_chambers, is_valveless, takes_load_pressure
 from hydroservo.core.validation import consistent
@@ -33,7 +33,6 @@ def wired(loop: Loop) -> Loop:
     sensors = with_plant_areas(loop.sensors, loop.plant, "sensors")
     controller = loop.controller
     check_signals(controller, loop.controls, "controller")
-    check_periods(controller, loop.simulation.period)
     if is_open(controller):
         controller = with_model(controller, believed(loop))
     return loop._replace(sensors=sensors, controller=controller)
@@ -142,19 +141,10 @@ def check_signals(law: Block, controls: Block, path: str) -> None:
     if own is not None and isinstance(controls, Command):
         problem = "closes a loop, and an open one has none: its law is OpenLoop"
         raise ParameterError(path, type(law).__name__, problem)
-    for name in {"controller", "limiting"}.intersection(law._fields):
-        inner = inner_signal(law, name, own if fixed else controls)
-        check_signals(getattr(law, name), inner, f"{path}.{name}")
-
-
-def check_periods(law: Block, period: float) -> None:
-    """Refuse a law with a block in it that cannot run at a sample period [s]."""
-    for path, block in nested_blocks(law, "controller"):
-        if hasattr(block, "check_period"):
-            try:
-                block.check_period(period)
-            except ParameterError as error:
-                raise ParameterError(f"{path}.{error.path}", error.value, error.allowed) from None
+    for name in ("controller", "limiting"):
+        if name in law._fields:
+            inner = inner_signal(law, name, own if fixed else controls)
+            check_signals(getattr(law, name), inner, f"{path}.{name}")
 
 
 def with_model(block: Block, model: DesignModel) -> Block:

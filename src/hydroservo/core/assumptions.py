@@ -169,7 +169,7 @@ def half_of_largest(gain: float, unit: str, facts: Facts) -> Sequence[Assumption
     """
     if unit != "m" or not gain > 0.0:
         return []
-    if facts.gain_margin <= 1.0:
+    if facts.gain_margin <= 1.0:  # the largest is not known
         meaning = "the loop does not oscillate with its proportional_gain"
         return [Assumption("gain", meaning, gain, math.nan, "V/m", 0.0)]
     meaning = "proportional_gain is below half of that at which the loop oscillates"

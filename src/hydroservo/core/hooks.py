@@ -63,12 +63,6 @@ HOOKS = (
         ("model", "period"),
         "the controller, or a block in it, with its gains computed, once for the same numbers",
     ),
-    Hook(
-        "check_period",
-        Controller,
-        ("period",),
-        "raises a ParameterError where the controller, or a block in it, cannot run at that sample period",
-    ),
     Hook("assumptions", None, ("facts",), "what the block supposes of its loop, each an Assumption"),
     Hook(
         "within",
@@ -96,6 +90,7 @@ HOOKS = (
         "there on a state whose d1 and d2 are no estimates, by ``@without_estimates``",
     ),
     Hook("controller", Controller, None, "the controller that this one wraps"),
+    Hook("limiting", Controller, None, "a law inside that controls a signal of its own"),
     Hook("controls", Controller, None, "the signal that the law controls; ThisSignal: that of its loop"),
     Hook("signals", Controller, None, "the signals that the law can control, said by ``@controlling``"),
     Hook("inner_controls", Controller, None, "what the law in ``controller`` controls if another"),
@@ -235,7 +230,7 @@ def value_kind(value: Any) -> Any:
 
 
 def smoothed(block: Block) -> Any:
-    """A block without steps of resolution, in it or in a block in it that has ``smoothed()``."""
+    """A block without steps of resolution and dither, in it or in a block in it that has ``smoothed()``."""
     parts = {name: smoothed(part) for name, part in block._asdict().items() if is_block(part)}
     block = block._replace(**parts)
     return block.smoothed() if hasattr(block, "smoothed") else block

@@ -101,25 +101,25 @@ def over_periods_lines(found: "LimitsOverPeriods") -> list[Line]:
     texts = [
         f"{quantity(one.law, found.error.unit)} at {quantity(one.period, 's')}, "
         f"{number(one.multiples()['causal'])} times the causal limit"
-        for one in (*known[:1], *known[1:][-1:])
+        for one in (known if len(known) < 2 else (known[0], known[-1]))
     ]
     return [Line(f"The law leaves {', and '.join(texts)}.")] if texts else []
 
 
 def over_periods_table(found: "LimitsOverPeriods") -> Table:
     """The errors at each period."""
-    unit = found.error.unit
+    unit, remarks = found.error.unit, any(one.reason for one in found.at)
     columns = (
         Column("sample period", "s", digits=3),
         *(Column(name, unit, digits=3) for name in MEANINGS),
         *(Column(f"law over {name}", digits=3) for name in ("causal", "clairvoyant")),
-        *([Column("remark")] if any(one.reason for one in found.at) else []),
+        *([Column("remark")] if remarks else []),
     )
     rows = [
         [
             *(Cell(value) for value in (one.period, one.law, one.causal, one.clairvoyant)),
             *(Cell(value) for value in one.multiples().values()),
-            *([Cell(one.reason, mark=Mark.DOUBTFUL)] if len(columns) == 7 else []),
+            *([Cell(one.reason, mark=Mark.DOUBTFUL)] if remarks else []),
         ]
         for one in found.at
     ]

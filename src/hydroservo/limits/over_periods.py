@@ -6,8 +6,11 @@ from contextlib import suppress
 from functools import partial
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from hydroservo.control.loop import Loop
 from hydroservo.control.monitors.tracking_error import TrackingErrorValues
+from hydroservo.core.assumptions import margin_ratio
 from hydroservo.core.block import replace
 from hydroservo.core.errors import HydroservoError, ParameterError, require
 from hydroservo.core.field import Field, declared_fields
@@ -24,7 +27,7 @@ from hydroservo.work.notebook_bar import shows_progress
 
 
 class LimitsAtPeriod(NamedTuple):
-    """The rms errors at one sample period; nan for one that there is not."""
+    """The rms errors at one sample period; nan where missing."""
 
     period: Annotated[float, Field("s", "sample period")]
     law: Annotated[float, Field("y", "what the law leaves")]
@@ -34,9 +37,9 @@ class LimitsAtPeriod(NamedTuple):
     warnings: Sequence[str] = ()  # of the law's run
 
     def multiples(self) -> dict[str, float]:
-        """How many times each limit the law leaves; inf over a limit of 0."""
+        """How many times each limit the law leaves; inf over a limit of 0, nan for 0 over 0."""
         best = {"causal": self.causal, "clairvoyant": self.clairvoyant}
-        return {name: self.law / error if error != 0.0 else math.inf for name, error in best.items()}
+        return {name: margin_ratio(self.law, error) for name, error in best.items()}
 
 
 class LimitsOverPeriods(NamedTuple):
@@ -87,9 +90,9 @@ def limit_over_periods(
         progress: called now and then with the fraction done.
 
     Raises:
-        ParameterError: a period out of range, or at none of them there is a limit, as for
-            :func:`~hydroservo.limit`.
-        HydroservoError: CasADi is not installed.
+        ParameterError: a period out of range.
+        HydroservoError: CasADi is not installed, or no period has a law's error or a limit; the reason is
+            that of the shortest.
 
     Source: as :func:`~hydroservo.limit`.
     Fails for a law whose numbers are those of one sample period, such as StateSpace: it runs at the others
@@ -116,7 +119,7 @@ def checked_periods(periods: Sequence[float], duration: float) -> list[float]:
     """Sample periods that a run can have [s], from the shortest on."""
     values = as_list("periods", periods, "numbers [s]")
     for value in values:
-        if isinstance(value, bool) or not isinstance(value, int | float):
+        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
             raise ParameterError("periods", value, "must be numbers [s]")
         said = f"{value:g} s"
         if not 0.0 < value < math.inf:

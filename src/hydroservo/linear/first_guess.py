@@ -243,25 +243,25 @@ def feedforward_of(every: Sequence[HydraulicAxis]) -> float:
 
 
 HALF_OF_LARGEST = "K_v/K_q, K_v at most half of the largest stable (Merritt, 1967, ch. 8)"
-STEADY = "1/K_q: what a steady velocity takes"
+STEADY = "1/K_q: command of a steady velocity"
 
 
 def position_gains(axis: HydraulicAxis, ahead: float, law: Any) -> dict[str, GuessedGain]:
     """Of a law from position to command."""
-    loop_gain = USED * axis.stable_gain
+    loop_gain, reset = USED * axis.stable_gain, f"k_p K_v/{RESET:g} (chosen)"
     damped = law.derivative_gain if "derivative_gain" in law._fields else 0.0
     return {
         "proportional_gain": GuessedGain(loop_gain / axis.velocity_gain, HALF_OF_LARGEST),
-        "integral_gain": GuessedGain(loop_gain**2 / (RESET * axis.velocity_gain), "k_p K_v/10 (chosen)"),
+        "integral_gain": GuessedGain(loop_gain**2 / (RESET * axis.velocity_gain), reset),
         "rate_feedforward": GuessedGain(ahead + damped, STEADY + (", and k_d" if damped else "")),
     }
 
 
 def velocity_gains(axis: HydraulicAxis, ahead: float, _: Any) -> dict[str, GuessedGain]:
     """Of a law from velocity to command."""
-    gain = USED * axis.stable_gain / axis.velocity_gain
+    gain, lead = USED * axis.stable_gain / axis.velocity_gain, LEAD * axis.natural_frequency
     return {
-        "proportional_gain": GuessedGain(gain / (LEAD * axis.natural_frequency), "k_i/(4 omega) (chosen)"),
+        "proportional_gain": GuessedGain(gain / lead, f"k_i/({LEAD:g} omega) (chosen)"),
         "integral_gain": GuessedGain(gain, HALF_OF_LARGEST),
         "feedforward": GuessedGain(ahead, STEADY),
     }
@@ -271,7 +271,7 @@ def cascade_gains(axis: HydraulicAxis, _: float, __: Any) -> dict[str, GuessedGa
     """Of a law from position to velocity."""
     return {
         "proportional_gain": GuessedGain(
-            USED * axis.stable_gain / INNER, "K_v/4: slower than the velocity loop (chosen)"
+            USED * axis.stable_gain / INNER, f"K_v/{INNER:g}: slower than the velocity loop (chosen)"
         ),
         "rate_feedforward": GuessedGain(1.0, "1: the demanded velocity"),
     }

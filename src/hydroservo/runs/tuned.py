@@ -169,7 +169,7 @@ def rule_line(rule: Any) -> Line:
     """What gains are from that no search found."""
     frequency, gain = rule.natural_frequency / (2.0 * math.pi), quantity(rule.velocity_gain, "m/(s V)")
     axis = f"{number(frequency)} Hz, damping ratio {number(rule.damping_ratio)}, K_q {gain}"
-    return Line("No search", f": a first guess for the axis where it bears least, with {axis}.")
+    return Line("No search", f": gains by rules, where the axis bears least, with {axis}.")
 
 
 def draw_tuned(tuned: "Tuned") -> "Plot":

@@ -144,7 +144,11 @@ def best_values(
             aim, ranges, task.candidates, task.seed, threads, progress, guard, guess, interrupted
         )
     elif rule:
-        found = guessed_gains(aim, rule.parameters, threads, guard)._replace(rule=rule)
+        try:
+            found = guessed_gains(aim, rule.parameters, threads, guard)._replace(rule=rule)
+        except ParameterError as error:
+            allowed = f"is a first guess for the law of the first scenario, and another has {error.allowed}"
+            raise ParameterError("candidates", 0, allowed) from None
     else:
         raise ParameterError("candidates", 0, NO_GUESS)
     names = task.names or found.names

@@ -7,9 +7,10 @@ from hydroservo import monitors, replace, simulate, simulate_batch
 from hydroservo.control.metrics import METRIC_FIELDS
 from hydroservo.core.block import Block
 from hydroservo.machine.integrators import RK4, Rosenbrock, Tsit5
+from hydroservo.testing.examples import example
 from tests.support.monitors import FULL
 
-EVERY = [getattr(monitors, name)() for name in monitors.__all__]
+EVERY = [example(getattr(monitors, name)) for name in monitors.__all__]
 
 
 @pytest.mark.parametrize("integrator", [RK4(), Rosenbrock(), Tsit5()])

@@ -4,13 +4,12 @@ from typing import Annotated, Any, NamedTuple
 
 from hydroservo.core import ops
 from hydroservo.core.block import Block, Field, is_block
-from hydroservo.core.errors import ParameterError
 from hydroservo.core.roles import Controller, role
 from hydroservo.core.signals import Demand, Measurement
 
 
 class DitherState(NamedTuple):
-    """What is put out, what of it is dither, how far its cycle is, and the nested law's state."""
+    """The command, its share of dither, the phase of that, and the state of the law."""
 
     u: Annotated[float, Field("V", "command")]
     added: Annotated[float, Field("V", "dither in the command")]
@@ -42,12 +41,7 @@ class Dither(NamedTuple):
 
     controller: Controller
     amplitude: Annotated[float, Field("V", "amplitude a of the dither", at_least=0)]
-    frequency: Annotated[float, Field("Hz", "frequency f, at most half the sample rate", above=0)]
-
-    def check_period(self, period: float) -> None:
-        if self.frequency * period > 0.5:
-            allowed = f"must be at most half the sample rate, {0.5 / period:g} [Hz]"
-            raise ParameterError("frequency", self.frequency, allowed)
+    frequency: Annotated[float, Field("Hz", "frequency f, below half the sample rate", above=0)]
 
     def smoothed(self) -> "Dither":
         return self._replace(amplitude=0.0)
@@ -59,14 +53,14 @@ class Dither(NamedTuple):
         controller = self.controller.step(s.controller, y.with_command(y.command - s.added), r, dt)
         rate = 1.0 / dt
         later = s.phase + self.frequency
-        phase = ops.where(later >= rate, later - rate, later)
+        phase = later - rate * ops.floor(later / rate)
         up = ops.absolute(s.phase - 0.5 * rate) - ops.absolute(phase - 0.5 * rate)  # f times the mean
         added = self.amplitude * (up / self.frequency)
         return DitherState(controller.u + added, added, phase, controller)
 
 
 def without_dither(law: Block) -> Any:
-    """A law with no dither in it, nor in the laws that it wraps."""
-    inner = getattr(law, "controller", None)
-    law = law._replace(controller=without_dither(inner)) if is_block(inner) else law
+    """A law without dither, in it or in a block in it."""
+    parts = {name: without_dither(part) for name, part in law._asdict().items() if is_block(part)}
+    law = law._replace(**parts)
     return law.smoothed() if isinstance(law, Dither) else law

@@ -9,7 +9,7 @@ from hydroservo.core.signals import Demand, Measurement
 
 
 class FixedDemandState(NamedTuple):
-    """What is put out, and the state of the law."""
+    """The command, and the state of the law."""
 
     u: Annotated[float, Field("V", "command")]
     controller: Block
@@ -21,7 +21,7 @@ class FixedDemand(NamedTuple):
     """A nested law that holds a signal at a value, whatever the loop around it controls and demands.
 
     Source: a definition.
-    Fails never.
+    Fails where the law in it does.
     """
 
     controller: Controller

@@ -10,10 +10,10 @@ from hydroservo.core.signals import Demand, Measurement
 
 
 class ForceLimitState(NamedTuple):
-    """What is put out, which law gave it, and the states of both."""
+    """The command, which law gave it, and the states of both laws."""
 
     u: Annotated[float, Field("V", "command")]
-    limits: Annotated[float, Field("", "1 where the law that limits gives the command, else 0")]
+    is_limiting: Annotated[float, Field("", "1 where the law that limits gives the command, else 0")]
     controller: Block
     limiting: Block
 
@@ -44,5 +44,5 @@ class ForceLimit(NamedTuple):
     def step(self, s: ForceLimitState, y: Measurement, r: Demand, dt: float) -> ForceLimitState:
         controller = self.controller.step(s.controller, y, r, dt)
         limiting = self.limiting.step(s.limiting, y, r, dt)
-        limits = ops.where(limiting.u < controller.u, 1.0, 0.0)
-        return ForceLimitState(ops.minimum(controller.u, limiting.u), limits, controller, limiting)
+        is_limiting = ops.where(limiting.u < controller.u, 1.0, 0.0)
+        return ForceLimitState(ops.minimum(controller.u, limiting.u), is_limiting, controller, limiting)

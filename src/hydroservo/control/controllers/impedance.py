@@ -10,11 +10,11 @@ from hydroservo.core.signals import Demand, Measurement
 
 
 class ImpedanceState(NamedTuple):
-    """What is put out, how far and how fast the demand yields, and the state of the law."""
+    """The command, the deflection of the demand, and the state of the law."""
 
     u: Annotated[float, Field("V", "command")]
-    yielding: Annotated[float, Field("m", "by which the demand yields, z")]
-    yielding_rate: Annotated[float, Field("m/s", "its rate")]
+    deflection: Annotated[float, Field("m", "by which the demand yields z")]
+    deflection_rate: Annotated[float, Field("m/s", "its rate")]
     controller: Block
 
 
@@ -44,11 +44,11 @@ class Impedance(NamedTuple):
         return ImpedanceState(0.0, 0.0, 0.0, self.controller.init())
 
     def step(self, s: ImpedanceState, y: Measurement, r: Demand, dt: float) -> ImpedanceState:
-        excess = y.force - self.force - self.stiffness * s.yielding
+        excess = y.force - self.force - self.stiffness * s.deflection
         inertia = self.mass + dt * (self.damping + dt * self.stiffness)
-        rate = (self.mass * s.yielding_rate + dt * excess) / inertia
-        yielding = ops.maximum(s.yielding + dt * rate, 0.0)
-        rate = (yielding - s.yielding) / dt
-        demand = Demand(r.value - yielding, r.rate - rate, r.second_rate)
+        rate = (self.mass * s.deflection_rate + dt * excess) / inertia
+        deflection = ops.maximum(s.deflection + dt * rate, 0.0)
+        rate = (deflection - s.deflection) / dt
+        demand = Demand(r.value - deflection, r.rate - rate, r.second_rate)
         controller = self.controller.step(s.controller, y, demand, dt)
-        return ImpedanceState(controller.u, yielding, rate, controller)
+        return ImpedanceState(controller.u, deflection, rate, controller)

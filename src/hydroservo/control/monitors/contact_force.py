@@ -12,8 +12,10 @@ from hydroservo.core.sources import CHOSEN
 
 
 class ContactForceState(NamedTuple):
-    """What has happened since first contact."""
+    """The demand so far, and the force since first contact."""
 
+    furthest: float  # demand so far
+    fastest: float  # rate of the demand so far
     begin: float  # [s] when the demand met the workpiece; inf before contact
     pressed: float  # 1 while the force is above the threshold
     losses: float  # of contact
@@ -24,7 +26,7 @@ class ContactForceState(NamedTuple):
 
 
 class ContactForceValues(NamedTuple):
-    """What it comes to."""
+    """Overshoot, time to hold and bounces; inf without contact."""
 
     contact_overshoot: Annotated[
         float, Field("", "furthest that the force goes beyond the held one, over it", smaller_is_better=True)
@@ -45,11 +47,12 @@ class ContactForce(NamedTuple):
     """The force at the rod from first contact until the demand turns back, against the one to be held.
 
     Contact begins, and ends, where the force passes a share ``band`` of the held one; held is what stays
-    within that share of it. The time to hold begins where the demand meets the workpiece: a machine that lags
-    behind its demand by e meets it e/r' later.
+    within that share of it. The time to hold begins where the demand met the workpiece, the time (r - y)/r'
+    before contact, r' the largest rate of the demand so far: a law gains nothing by a slow approach.
 
     Source: a definition.
-    Fails where weight, springs or an external force alone make the rod bear more than the band.
+    Fails in a loop that does not control a position, and where weight, springs or an external force alone
+    make the rod bear more than the band.
     """
 
     force: Annotated[float, Field("N", "force that is to be held", "to be given", above=0, auto=OPEN)] = OPEN
@@ -66,19 +69,23 @@ class ContactForce(NamedTuple):
             raise ParameterError("force", "none", "must be the force that is to be held [N]")
 
     def init(self) -> ContactForceState:
-        return ContactForceState(math.inf, *[0.0] * (len(ContactForceState._fields) - 1))
+        return ContactForceState(-math.inf, 0.0, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, m: ContactForceState, loop: Block, s: Block, t: float, dt: float) -> ContactForceState:
-        force = loop.seen(s, loop.load.force(t)).force
+        force, demand = loop.seen(s, loop.load.force(t)).force, s.reference.value
         band = self.band * self.force
-        pressed = force > band
-        first = pressed and m.begin == math.inf
-        begin = ops.where(first, t - self.lag(s), m.begin)
+        pressed, inside = force > band, ops.absolute(force - self.force) <= band
+        furthest = ops.maximum(m.furthest, demand)
+        fastest = ops.maximum(m.fastest, s.reference.rate)
+        lag = (demand - s.controlled.value) / ops.where(fastest > 0.0, fastest, math.inf)
+        met = ops.clip(t - lag, 0.0, t)
+        begin = ops.where(pressed and m.begin == math.inf, met, m.begin)
         began = begin < math.inf
-        over = m.released > 0.0 or (began and s.reference.rate < 0.0)
+        over = m.released > 0.0 or (began and demand < furthest)
         lost = m.pressed > 0.0 and not pressed and not over
-        inside = ops.absolute(force - self.force) <= band
         return ContactForceState(
+            furthest=furthest,
+            fastest=fastest,
             begin=begin,
             pressed=ops.where(pressed, 1.0, 0.0),
             losses=m.losses + ops.where(lost, 1.0, 0.0),
@@ -88,13 +95,9 @@ class ContactForce(NamedTuple):
             released=ops.where(over, 1.0, 0.0),
         )
 
-    def lag(self, s: Block) -> float:
-        """How long ago the demand was where the machine is [s]; 0 where it does not move on."""
-        moves = s.reference.rate > 0.0
-        rate = ops.where(moves, s.reference.rate, 1.0)
-        return ops.where(moves, ops.maximum(s.reference.value - s.controlled.value, 0.0) / rate, 0.0)
-
     def values(self, m: ContactForceState) -> ContactForceValues:
+        if m.begin == math.inf:
+            return ContactForceValues(math.inf, math.inf, math.inf)
         overshoot = max(m.largest / self.force - 1.0, 0.0)
         held = m.held > 0.0 and overshoot <= self.allowed_overshoot
-        return ContactForceValues(overshoot, m.outside - m.begin if held else math.inf, m.losses)
+        return ContactForceValues(overshoot, max(m.outside - m.begin, 0.0) if held else math.inf, m.losses)

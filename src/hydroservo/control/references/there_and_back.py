@@ -15,7 +15,8 @@ class ThereAndBack(NamedTuple):
     r(t) = r_in(t) up to T, r_in(2 T - t) from then on
 
     Source: a definition.
-    Fails to be smooth where the nested demand still moves at T: its rate jumps to the opposite one.
+    Fails to be smooth where the nested demand still moves at T, as its rate jumps to the opposite one; and
+    after 2 T, where it is the nested demand before its start, which rests only for a move or a step.
     """
 
     reference: Reference

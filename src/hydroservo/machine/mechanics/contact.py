@@ -28,19 +28,27 @@ class Contact(NamedTuple):
     stiffness: Annotated[float, Field("N/m", "stiffness k_c of workpiece and frame", above=0)]
     dissipation: Annotated[float, Field("s/m", "contact dissipation c", "0: elastic", at_least=0)] = 0.0
 
+    def check(self) -> None:
+        if not hasattr(self.mechanism, "tip"):
+            raise ParameterError(
+                "mechanism", type(self.mechanism).__name__, "must have a method tip(position)"
+            )
+
     def check_within(self, start_position: float, stroke: float) -> None:
-        """Refuse a contact that a piston has from its start on, or never.
+        """Refuse a workpiece behind the start position or beyond the stroke.
 
         Args:
             start_position: of the piston [m].
             stroke: of the piston [m].
 
         Raises:
-            ParameterError: it has.
+            ParameterError: it is.
         """
         if not start_position <= self.position < stroke:
             allowed = f"must be from the start, {start_position:g} [m], to below the stroke, {stroke:g} [m]"
             raise ParameterError("mechanism.position", self.position, allowed)
+        if hasattr(self.mechanism, "check_within"):
+            self.mechanism.check_within(start_position, stroke)
 
     def positions(self) -> tuple[float, float]:
         of_mechanism = getattr(self.mechanism, "positions", None)

@@ -149,7 +149,7 @@ def coarse_dither(loop: Loop) -> Iterator[str]:
         if isinstance(block, Dither) and block.frequency * FEWEST > rate * (1.0 + ROUNDED):
             here, most = quantity(block.frequency, "Hz"), quantity(rate / FEWEST, "Hz")
             few = f"{rate / block.frequency:.3g} samples a period"
-            yield f"{path}.frequency is {here}, {few}; a square wave needs 4, {most} here"
+            yield f"{path}.frequency is {here}, {few}; a square wave needs {FEWEST}, {most} here"
 
 
 def short_ranges(loop: Loop) -> Iterator[str]:
