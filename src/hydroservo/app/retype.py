@@ -21,16 +21,11 @@ CONTROLS = "controls"  # the one block that is a name alone
 
 
 class Retyped(NamedTuple):
-    """Changes with another type among them.
+    """Changes with another type among them."""
 
-    Attributes:
-        changes: by path.
-        origin: the scenario that numbers without default are from; "" if there is none.
-        missing: numbers that are yet to be given, as a form has them, with a text to begin with.
-    """
-
-    changes: dict[str, object]
-    origin: str
+    changes: dict[str, object]  # by path
+    origin: str  # the scenario that numbers without default are from; "" if there is none
+    # numbers that are yet to be given, as a form has them, with a text to begin with
     missing: list[dict[str, Any]] = []  # noqa: RUF012, for it is never changed
 
 

@@ -32,24 +32,17 @@ class Platform(StrEnum):
 
 
 class Toolchain(NamedTuple):
-    """What makes a binary for a platform, and where it goes in an FMU.
+    """What makes a binary for a platform, and where it goes in an FMU."""
 
-    Attributes:
-        folder: of its binaries in FMI 2.0, which has names of its own for x86, and since 2.0.4 those of FMI
-            3.0 for all others.
-        ending: of a shared library's name.
-        options: of the compiler for a shared library, besides those for all.
-        cross: the compiler for it on other machines; empty where a binary is built on such a machine alone.
-        packages: of Debian, with that compiler and its C library.
-        licence: of what that compiler links into a binary: its file in Debian's packages.
-    """
-
+    # of its binaries in FMI 2.0, which has names of its own for x86, and since 2.0.4 those of FMI 3.0 for
+    # all others
     folder: str
-    ending: str
-    options: tuple[str, ...] = ()
+    ending: str  # of a shared library's name
+    options: tuple[str, ...] = ()  # of the compiler for a shared library, besides those for all
+    # the compiler for it on other machines; empty where a binary is built on such a machine alone
     cross: str = ""
-    packages: str = ""
-    licence: str = ""
+    packages: str = ""  # of Debian, with that compiler and its C library
+    licence: str = ""  # of what that compiler links into a binary: its file in Debian's packages
 
 
 # No time of day in the file, no library of the compiler beside it, and no symbols of the compiler's own.

@@ -13,19 +13,12 @@ COMMA = re.compile(r"(?<=,) ")
 
 
 class Syntax(NamedTuple):
-    """Where statements of a language may be parted.
+    """Where statements of a language may be parted."""
 
-    Attributes:
-        operator: the blank before an operator.
-        value: the blank behind the sign of an assignment.
-        noted: a line and the comment behind it.
-        begin: of such a comment.
-    """
-
-    operator: re.Pattern[str]
-    value: re.Pattern[str]
-    noted: re.Pattern[str]
-    begin: str
+    operator: re.Pattern[str]  # the blank before an operator
+    value: re.Pattern[str]  # the blank behind the sign of an assignment
+    noted: re.Pattern[str]  # a line and the comment behind it
+    begin: str  # of such a comment
 
 
 C = Syntax(

@@ -127,33 +127,19 @@ def exported_block(
 
 
 class ReadyUnit(NamedTuple):
-    """A translated unit, before it is written in a language.
+    """A translated unit, before it is written in a language."""
 
-    Attributes:
-        loop: the complete loop.
-        runnable: what of it runs.
-        translation: the functions and records.
-        needed: what of them is needed.
-        read: the same, before constants were folded.
-        later: what ``step`` alone needs.
-        part: of the loop.
-        prefix: of names.
-        title: for people.
-        real: "double" or "float".
-        inlined: the parameters are constants of the source.
-    """
-
-    loop: Loop
-    runnable: Loop
-    translation: Translation
-    needed: Liveness
-    read: Liveness
-    later: Liveness
-    part: Part
-    prefix: str
-    title: str
-    real: str
-    inlined: bool
+    loop: Loop  # the complete loop
+    runnable: Loop  # what of it runs
+    translation: Translation  # the functions and records
+    needed: Liveness  # what of them is needed
+    read: Liveness  # the same, before constants were folded
+    later: Liveness  # what ``step`` alone needs
+    part: Part  # of the loop
+    prefix: str  # of names
+    title: str  # for people
+    real: str  # "double" or "float"
+    inlined: bool  # the parameters are constants of the source
 
     def about(self, bits: str) -> str:
         """The comment at the head of a file."""

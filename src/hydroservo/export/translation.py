@@ -16,29 +16,17 @@ Argument = TypeVar("Argument")
 
 
 class Translation(NamedTuple):
-    """A translated unit.
+    """A translated unit."""
 
-    Attributes:
-        block: its parameters.
-        parameters: their record.
-        init: makes the first state.
-        step: makes the next one.
-        arguments: name and record of what ``step`` is given besides the state.
-        part: of the loop.
-        records: all that its functions know.
-        tables: all that its functions know.
-        signal: what the loop controls.
-    """
-
-    block: Block
-    parameters: Record
-    init: Function
-    step: Function
-    arguments: tuple[tuple[str, Record], ...]
-    part: Part
-    records: tuple[Record, ...]
-    tables: tuple[ConstantArray, ...]
-    signal: Field
+    block: Block  # its parameters
+    parameters: Record  # their record
+    init: Function  # makes the first state
+    step: Function  # makes the next one
+    arguments: tuple[tuple[str, Record], ...]  # name and record of what ``step`` is given besides the state
+    part: Part  # of the loop
+    records: tuple[Record, ...]  # all that its functions know
+    tables: tuple[ConstantArray, ...]  # all that its functions know
+    signal: Field  # what the loop controls
 
     @property
     def start(self) -> Block:

@@ -16,21 +16,13 @@ Reaching = dict[str, frozenset[int]]  # the assignments whose value each name ma
 
 @dataclass(eq=False)
 class Binding:
-    """One variable of a Python function.
+    """One variable of a Python function."""
 
-    Attributes:
-        name: in Python.
-        block: in which it gets its value; that of the first assignment.
-        changing: its value changes, or is read where its block in C has ended.
-        counter: the number of a loop, and nothing else.
-        read: something reads it.
-    """
-
-    name: str
-    block: Block = ()
-    changing: bool = False
-    counter: bool = False
-    read: bool = False
+    name: str  # in Python
+    block: Block = ()  # in which it gets its value; that of the first assignment
+    changing: bool = False  # its value changes, or is read where its block in C has ended
+    counter: bool = False  # the number of a loop, and nothing else
+    read: bool = False  # something reads it
 
 
 @dataclass

@@ -204,16 +204,12 @@ class Operation(Expression):
 
 @dataclass(frozen=True, eq=False)
 class Choice(Expression):
-    """a if the condition holds, else b.
-
-    Attributes:
-        both: Python computes both values.
-    """
+    """a if the condition holds, else b."""
 
     condition: Expression
     a: Expression
     b: Expression
-    both: bool = False
+    both: bool = False  # Python computes both values
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,31 +341,19 @@ Statement = Let | Assign | MemoryStore | Do | Require | Return | Break | Continu
 
 @dataclass(eq=False)
 class Function:
-    """A function for arguments of certain types.
+    """A function for arguments of certain types."""
 
-    Attributes:
-        name: its own in C.
-        parameters: the name and type of each.
-        origin: the Python function.
-        owner: the class whose method it is.
-        locals: the type of each local that changes.
-        body: its statements; empty for one whose text is written, not translated.
-        returns: the type of its value.
-        written: what writes the text of a function that is not translated, from what of it is used.
-        calls: the functions that such a function calls.
-        whole: the records all of whose numbers such a function reads.
-    """
-
-    name: str
-    parameters: list[tuple[str, Type]]
-    origin: Any = None
-    owner: type | None = None
-    locals: dict[str, Type] = field(default_factory=dict)
+    name: str  # its own in C
+    parameters: list[tuple[str, Type]]  # the name and type of each
+    origin: Any = None  # the Python function
+    owner: type | None = None  # the class whose method it is
+    locals: dict[str, Type] = field(default_factory=dict)  # the type of each local that changes
+    # its statements; empty for one whose text is written, not translated
     body: list[Statement] = field(default_factory=list)
-    returns: Type = REAL
-    written: Any = None
-    calls: Sequence["Function"] = ()
-    whole: Sequence[Record] = ()
+    returns: Type = REAL  # the type of its value
+    written: Any = None  # what writes the text of a function that is not translated, from what of it is used
+    calls: Sequence["Function"] = ()  # the functions that such a function calls
+    whole: Sequence[Record] = ()  # the records all of whose numbers such a function reads
 
 
 def bodies(statement: Statement) -> Iterator[list[Statement]]:

@@ -144,15 +144,10 @@ CALMEST = 1e-6  # [V] a command that varies less is not worth more
 
 
 class CandidateOutcome(NamedTuple):
-    """The metric of candidates and the total variation of their command, means over the seeds.
+    """The metric of candidates and the total variation of their command, means over the seeds."""
 
-    Attributes:
-        error: the metric; ``LOST`` or more where a run was lost or the candidate allows no controller.
-        activity: of the command [V]; nan where the loop does not have that metric.
-    """
-
-    error: Numbers
-    activity: Numbers
+    error: Numbers  # the metric; ``LOST`` or more where a run was lost or the candidate allows no controller
+    activity: Numbers  # of the command [V]; nan where the loop does not have that metric
 
 
 def candidate_outcome(aim: Aim, i: int, candidates: Columns, threads: int | None) -> CandidateOutcome:

@@ -213,15 +213,10 @@ def text_attributes(attributes: Mapping[Any, Any]) -> dict[str, str]:
 
 
 class ResultFormat(StrEnum):
-    """The formats of a trajectory or a table, by the name that ``--format`` gives them.
+    """The formats of a trajectory or a table, by the name that ``--format`` gives them."""
 
-    Attributes:
-        ending: of the file's name.
-        write: writes a dataset to a file.
-    """
-
-    ending: str
-    write: Callable[["xr.Dataset", Path], None]
+    ending: str  # of the file's name
+    write: Callable[["xr.Dataset", Path], None]  # writes a dataset to a file
 
     def __new__(cls, name: str, ending: str, write: Callable[["xr.Dataset", Path], None]) -> "ResultFormat":
         form = str.__new__(cls, name)

@@ -28,19 +28,12 @@ ROUNDS = 300
 
 
 class Iterate(NamedTuple):
-    """Where problems stand; all arrays have them along their last axis.
+    """Where problems stand; all arrays have them along their last axis."""
 
-    Attributes:
-        x: numbers that are sought.
-        residuals: there.
-        slopes: of each residual, by each number.
-        cost: sum of the squares of the residuals.
-    """
-
-    x: Numbers
-    residuals: Numbers
-    slopes: Numbers
-    cost: Numbers
+    x: Numbers  # numbers that are sought
+    residuals: Numbers  # there
+    slopes: Numbers  # of each residual, by each number
+    cost: Numbers  # sum of the squares of the residuals
 
 
 @np.errstate(all="ignore")  # a step that is not finite is of no use

@@ -38,25 +38,16 @@ class RunPlan(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Trace(Mapping[str, Any]):
-    """What a run left behind, read like the Dataset that :func:`run_dataset` makes of it with xarray.
+    """What a run left behind, read like the Dataset that :func:`run_dataset` makes of it with xarray."""
 
-    Attributes:
-        asked: what was to be run.
-        loop: that, with all that was found for it.
-        plan: what of it was recorded.
-        wanted: paths of that which its user asked for; its keys are these, and the names of its metrics.
-        out: what was recorded, shape (rows, paths).
-        judgement: the values of its metrics.
-        attrs: what is to be said of it besides.
-    """
-
-    asked: Loop
-    loop: Loop
-    plan: RunPlan
+    asked: Loop  # what was to be run
+    loop: Loop  # that, with all that was found for it
+    plan: RunPlan  # what of it was recorded
+    # paths of that which its user asked for; its keys are these, and the names of its metrics
     wanted: Sequence[str]
-    out: np.ndarray
-    judgement: Sequence[float | bool]
-    attrs: dict[str, Any]
+    out: np.ndarray  # what was recorded, shape (rows, paths)
+    judgement: Sequence[float | bool]  # the values of its metrics
+    attrs: dict[str, Any]  # what is to be said of it besides
 
     @cached_property
     def fields(self) -> dict[str, Field]:

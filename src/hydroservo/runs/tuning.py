@@ -232,21 +232,13 @@ def tuned_values(
 
 
 class CandidateTable(NamedTuple):
-    """What is known of some candidates, each array of shape (candidates,) but for the points.
+    """What is known of some candidates, each array of shape (candidates,) but for the points."""
 
-    Attributes:
-        points: in the unit cube, shape (candidates, parameters).
-        cost: of each.
-        error: weighted geometric mean of the metric.
-        activity: likewise of the command's total variation.
-        state: 1 within the bounds, 0 beyond them, -1 not known.
-    """
-
-    points: Numbers
-    cost: Numbers
-    error: Numbers
-    activity: Numbers
-    state: NDArray[np.int8]
+    points: Numbers  # in the unit cube, shape (candidates, parameters)
+    cost: Numbers  # of each
+    error: Numbers  # weighted geometric mean of the metric
+    activity: Numbers  # likewise of the command's total variation
+    state: NDArray[np.int8]  # 1 within the bounds, 0 beyond them, -1 not known
 
 
 class GainSearch:

@@ -26,30 +26,21 @@ Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
 
 
 class TuningTask(NamedTuple):
-    """A search as :func:`hydroservo.runs.tuning.search_gains` takes it, and whose it is.
+    """A search as :func:`hydroservo.runs.tuning.search_gains` takes it, and whose it is."""
 
-    Attributes:
-        scenarios: those that are tuned together, by name or path; none for loops that no scenario names.
-        names: of the aim's loops, each scenario at each scale; none for such loops.
-        aim: what is to be small.
-        ranges: the lowest and highest value of each number, by its path, in SI units.
-        candidates: how many sets of numbers are tried.
-        seed: of the search.
-        bounds: what the loops are to bear; None for none.
-        machines: the loops that are held against them, by name: those of the aim, and those of each scenario
-            at both ends and the middle of its uncertainty.
-        typed: the units in which ranges were typed, by SI unit.
-    """
-
+    # those that are tuned together, by name or path; none for loops that no scenario names
     scenarios: Sequence[str]
-    names: Sequence[str]
-    aim: Aim
+    names: Sequence[str]  # of the aim's loops, each scenario at each scale; none for such loops
+    aim: Aim  # what is to be small
+    # the lowest and highest value of each number, by its path, in SI units
     ranges: Mapping[str, tuple[float, float]]
-    candidates: int
-    seed: int
-    bounds: Bounds | None = None
+    candidates: int  # how many sets of numbers are tried
+    seed: int  # of the search
+    bounds: Bounds | None = None  # what the loops are to bear; None for none
+    # the loops that are held against them, by name: those of the aim, and those of each scenario at both
+    # ends and the middle of its uncertainty
     machines: Mapping[str, Loop] = MappingProxyType({})
-    typed: Mapping[str, Scale] = MappingProxyType({})
+    typed: Mapping[str, Scale] = MappingProxyType({})  # the units in which ranges were typed, by SI unit
 
 
 def task_of_aim(

@@ -27,17 +27,11 @@ WIDEST = 6.3  # inch, a picture as wide as the text
 
 
 class PagePicture(NamedTuple):
-    """A picture on the page.
+    """A picture on the page."""
 
-    Attributes:
-        picture: what is shown.
-        source: its content, as an address that needs no file.
-        share: of the text's width, so that letters are as large in all pictures.
-    """
-
-    picture: Picture
-    source: str
-    share: float
+    picture: Picture  # what is shown
+    source: str  # its content, as an address that needs no file
+    share: float  # of the text's width, so that letters are as large in all pictures
 
 
 def write_finding(folder: Path, finding: Finding, command: str, journal: Journal = NO_JOURNAL) -> list[Path]:

@@ -39,18 +39,13 @@ class FigureWidth(StrEnum):
 
 
 class Journal(NamedTuple):
-    """What figures a journal is to have, and what decimals tables have.
+    """What figures a journal is to have, and what decimals tables have."""
 
-    Attributes:
-        formats: endings of their files; none are written if empty.
-        size: how wide they are; as the report's if None. One with three panels side by side is as wide as
-            two columns all the same.
-        decimal_comma: whether CSV has decimal commas, and semicolons between its cells.
-    """
-
-    formats: Sequence[str] = ()
+    formats: Sequence[str] = ()  # endings of their files; none are written if empty
+    # how wide they are; as the report's if None. One with three panels side by side is as wide as two
+    # columns all the same
     size: FigureWidth | None = None
-    decimal_comma: bool = False
+    decimal_comma: bool = False  # whether CSV has decimal commas, and semicolons between its cells
 
     def csv(self, text: str) -> str:
         """A CSV table, with the decimals that are wanted."""

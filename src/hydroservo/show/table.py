@@ -85,17 +85,11 @@ class Table(NamedTuple):
 
 
 class TableTexts(NamedTuple):
-    """A table as it is read.
+    """A table as it is read."""
 
-    Attributes:
-        headings: with units.
-        right: which columns end at the right.
-        rows: the text of each cell.
-    """
-
-    headings: list[str]
-    right: list[bool]
-    rows: list[list[str]]
+    headings: list[str]  # with units
+    right: list[bool]  # which columns end at the right
+    rows: list[list[str]]  # the text of each cell
 
 
 def texts_of(table: Table) -> TableTexts:

@@ -51,19 +51,12 @@ class MapCell(NamedTuple):
 
 
 class LawInCell(NamedTuple):
-    """A law in a cell, ready to be searched.
+    """A law in a cell, ready to be searched."""
 
-    Attributes:
-        law: the law.
-        cell: the cell.
-        contender: its loops, and what of it is searched.
-        drawn: the conditions, by split and by kind.
-    """
-
-    law: LawSpec
-    cell: MapCell
-    contender: TunableLaw
-    drawn: Mapping[str, Mapping[str, DrawnConditions]]
+    law: LawSpec  # the law
+    cell: MapCell  # the cell
+    contender: TunableLaw  # its loops, and what of it is searched
+    drawn: Mapping[str, Mapping[str, DrawnConditions]]  # the conditions, by split and by kind
 
 
 def map_cells(study: StudySpec) -> list[MapCell]:

@@ -41,19 +41,12 @@ CALMEST = 1e-6  # [% of the range a second] a command that varies less is not wo
 
 
 class DrawnConditions(NamedTuple):
-    """The conditions of one kind in one split.
+    """The conditions of one kind in one split."""
 
-    Attributes:
-        numbers: of the conditions in their split.
-        scales: on the deviations of the machine; nan but in the split stress.
-        columns: by path in the loop, in SI units: what simulate_batch takes.
-        changes: by path in a scenario, in SI units: what makes one of them alone.
-    """
-
-    numbers: NDArray[np.int64]
-    scales: Numbers
-    columns: Mapping[str, NDArray[Any]]
-    changes: Mapping[str, NDArray[Any]]
+    numbers: NDArray[np.int64]  # of the conditions in their split
+    scales: Numbers  # on the deviations of the machine; nan but in the split stress
+    columns: Mapping[str, NDArray[Any]]  # by path in the loop, in SI units: what simulate_batch takes
+    changes: Mapping[str, NDArray[Any]]  # by path in a scenario, in SI units: what makes one of them alone
 
 
 def draw_conditions(
@@ -97,19 +90,12 @@ def varied_entries(
 
 
 class ConditionNumbers(NamedTuple):
-    """Which conditions of a split are of one kind.
+    """Which conditions of a split are of one kind."""
 
-    Attributes:
-        numbers: in the split.
-        source: the split whose draws they have: stress takes those of test.
-        drawn: their numbers there.
-        scales: on the deviations of the machine; nan but in the split stress.
-    """
-
-    numbers: NDArray[np.int64]
-    source: str
-    drawn: NDArray[np.int64]
-    scales: Numbers
+    numbers: NDArray[np.int64]  # in the split
+    source: str  # the split whose draws they have: stress takes those of test
+    drawn: NDArray[np.int64]  # their numbers there
+    scales: Numbers  # on the deviations of the machine; nan but in the split stress
 
 
 def condition_numbers(asked: ConditionPlan, split: str, which: int) -> ConditionNumbers:
@@ -172,45 +158,26 @@ def check_apart(study: StudySpec, found: Mapping[str, Mapping[str, DrawnConditio
 
 
 class ConditionGroup(NamedTuple):
-    """The loop for one kind of condition, and the conditions of that kind by split.
+    """The loop for one kind of condition, and the conditions of that kind by split."""
 
-    Attributes:
-        loop: as it is judged.
-        coarse: the same with the longer integration steps of a search.
-        drawn: the conditions, by split.
-    """
-
-    loop: Loop
-    coarse: Loop
-    drawn: Mapping[str, DrawnConditions]
+    loop: Loop  # as it is judged
+    coarse: Loop  # the same with the longer integration steps of a search
+    drawn: Mapping[str, DrawnConditions]  # the conditions, by split
 
 
 class SearchTask(NamedTuple):
-    """One search of a law's gains in one cell.
+    """One search of a law's gains in one cell."""
 
-    Attributes:
-        law: its name.
-        cell: its name.
-        seed: of the search.
-        metric: what is to be small beside the command's activity.
-        candidates: the most that are tried.
-        widen: how often a range may be widened at whose end a point of the front lies.
-        calmest: the least activity that counts, over that of the law that others are held against.
-        window: the activities that count; None for that law, which finds its own.
-        ranges: between what numbers are searched, in SI units, by path.
-        groups: the loops and their conditions.
-    """
-
-    law: str
-    cell: str
-    seed: int
-    metric: str
-    candidates: int
-    widen: int
-    calmest: float
-    window: ActivityWindow | None
-    ranges: Mapping[str, tuple[float, float]]
-    groups: Sequence[ConditionGroup]
+    law: str  # its name
+    cell: str  # its name
+    seed: int  # of the search
+    metric: str  # what is to be small beside the command's activity
+    candidates: int  # the most that are tried
+    widen: int  # how often a range may be widened at whose end a point of the front lies
+    calmest: float  # the least activity that counts, over that of the law that others are held against
+    window: ActivityWindow | None  # the activities that count; None for that law, which finds its own
+    ranges: Mapping[str, tuple[float, float]]  # between what numbers are searched, in SI units, by path
+    groups: Sequence[ConditionGroup]  # the loops and their conditions
 
 
 class Evaluation(NamedTuple):

@@ -17,15 +17,10 @@ Levels = Mapping[str, Mapping[str, str]]  # of each factor, by law
 
 
 class CellMeans(NamedTuple):
-    """The mean logarithm of the errors of the laws in one cell.
+    """The mean logarithm of the errors of the laws in one cell."""
 
-    Attributes:
-        laws: their names.
-        values: shape (1 + resamples, laws): the estimates, and the draws of the bootstrap.
-    """
-
-    laws: Sequence[str]
-    values: Numbers
+    laws: Sequence[str]  # their names
+    values: Numbers  # shape (1 + resamples, laws): the estimates, and the draws of the bootstrap
 
 
 def cell_means(

@@ -149,24 +149,17 @@ class LimitMultiple(NamedTuple):
 
 
 class CellLimit(NamedTuple):
-    """The least errors that any command could leave in a cell, and the laws beside them.
+    """The least errors that any command could leave in a cell, and the laws beside them."""
 
-    Attributes:
-        conditions: the numbers of the test conditions that have a limit; none where none was asked for.
-        clairvoyant: the least error of a command which knows the future, geometric mean over them [SI].
-        causal: that of one to which jumps are known once they are there.
-        open: how many more were asked of whose search did not end, or ended at 0; they do not count.
-        below: runs of laws that leave less than the clairvoyant limit: there its search ended in an optimum
-            that is not the best of all.
-        laws: each law beside the limits.
-    """
-
+    # the numbers of the test conditions that have a limit; none where none was asked for
     conditions: list[int]
-    clairvoyant: float
-    causal: float
-    open: int
+    clairvoyant: float  # the least error of a command which knows the future, geometric mean over them [SI]
+    causal: float  # that of one to which jumps are known once they are there
+    open: int  # how many more were asked of whose search did not end, or ended at 0; they do not count
+    # runs of laws that leave less than the clairvoyant limit: there its search ended in an optimum that is
+    # not the best of all
     below: int
-    laws: dict[str, LimitMultiple]
+    laws: dict[str, LimitMultiple]  # each law beside the limits
 
 
 def cell_limit(trials: Mapping[str, Trials], limits: "pd.DataFrame", confidence: float = 0.95) -> CellLimit:

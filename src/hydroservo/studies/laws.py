@@ -22,16 +22,11 @@ SearchRanges = dict[str, tuple[float, float]]  # in SI units, by path
 
 
 class TunableLaw(NamedTuple):
-    """A law on the machine of a cell.
+    """A law on the machine of a cell."""
 
-    Attributes:
-        assemblies: of its loop for each kind of condition, by the kind's name.
-        ranges: between what its numbers are searched, in SI units, by path.
-        changes: what makes its scenario from the study's base, by dotted path, without those of the kinds.
-    """
-
-    assemblies: Mapping[str, Assembly]
-    ranges: SearchRanges
+    assemblies: Mapping[str, Assembly]  # of its loop for each kind of condition, by the kind's name
+    ranges: SearchRanges  # between what its numbers are searched, in SI units, by path
+    # what makes its scenario from the study's base, by dotted path, without those of the kinds
     changes: Mapping[str, Any]
 
 

@@ -53,21 +53,13 @@ COLUMNS = {  # of the table of a search
 
 
 class LawSearch(NamedTuple):
-    """What a search came to.
+    """What a search came to."""
 
-    Attributes:
-        space: the ranges, as wide as they are at its end.
-        values: all points that were tried, shape (points, paths), in SI units.
-        costs: logarithms of their error and activity, shape (points, 2).
-        window: the activities that count.
-        moved: how far the last half of the candidates moved the front, by :func:`~.pareto.front_shift`.
-    """
-
-    space: SearchSpace
-    values: Numbers
-    costs: Numbers
-    window: ActivityWindow
-    moved: float
+    space: SearchSpace  # the ranges, as wide as they are at its end
+    values: Numbers  # all points that were tried, shape (points, paths), in SI units
+    costs: Numbers  # logarithms of their error and activity, shape (points, 2)
+    window: ActivityWindow  # the activities that count
+    moved: float  # how far the last half of the candidates moved the front, by :func:`~.pareto.front_shift`
 
 
 def search_table(task: SearchTask) -> "pa.Table":

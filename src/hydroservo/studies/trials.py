@@ -77,21 +77,13 @@ def judged_columns(table: "pd.DataFrame") -> "pd.DataFrame":
 
 
 class Trials(NamedTuple):
-    """What a law came to in a cell: arrays of shape (conditions,).
+    """What a law came to in a cell: arrays of shape (conditions,)."""
 
-    Attributes:
-        conditions: their numbers, the same for all laws of the cell.
-        error: the metric in its SI unit; nan where the run was lost.
-        lost: whether it was.
-        activity: of the command [%/s].
-        swing: amplitude of the command in a sustained oscillation [V]; nan where it is not known.
-    """
-
-    conditions: NDArray[np.int64]
-    error: Numbers
-    lost: NDArray[np.bool_]
-    activity: Numbers
-    swing: Numbers
+    conditions: NDArray[np.int64]  # their numbers, the same for all laws of the cell
+    error: Numbers  # the metric in its SI unit; nan where the run was lost
+    lost: NDArray[np.bool_]  # whether it was
+    activity: Numbers  # of the command [%/s]
+    swing: Numbers  # amplitude of the command in a sustained oscillation [V]; nan where it is not known
 
     def logs(self) -> Numbers:
         """Logarithms of the errors; nan where the run was lost."""

@@ -21,18 +21,13 @@ Say = Callable[[str], None]  # a line of what a user should know
 
 
 class WorkUnit(NamedTuple):
-    """Something to be done once.
+    """Something to be done once."""
 
-    Attributes:
-        key: its address, as :func:`unit_address` makes it of all that its table depends on.
-        do: computes its table; ``functools.partial`` of a function of a module with plain data, so that
-            another process can, or another machine.
-        name: what progress and errors call it.
-    """
-
-    key: str
+    key: str  # its address, as :func:`unit_address` makes it of all that its table depends on
+    # computes its table; ``functools.partial`` of a function of a module with plain data, so that another
+    # process can, or another machine
     do: "Callable[[], pa.Table]"
-    name: str
+    name: str  # what progress and errors call it
 
 
 def unit_address(what: Mapping[str, Any]) -> str:
@@ -65,15 +60,10 @@ def exact_json(value: Any, path: str) -> Any:
 
 
 class Failure(NamedTuple):
-    """Why a unit has no table.
+    """Why a unit has no table."""
 
-    Attributes:
-        text: in one line, or the traceback of a defect.
-        defect: whether it is nothing that a user can mend.
-    """
-
-    text: str
-    defect: bool = False
+    text: str  # in one line, or the traceback of a defect
+    defect: bool = False  # whether it is nothing that a user can mend
 
 
 def answer_to(do: "Callable[[], pa.Table]", version: str) -> UnitAnswer:

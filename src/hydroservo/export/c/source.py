@@ -19,23 +19,14 @@ from hydroservo.language.terms import ConstantArray, Record
 
 
 class SourceForm(NamedTuple):
-    """How a unit is written.
+    """How a unit is written."""
 
-    Attributes:
-        prefix: of public names and of types.
-        real: "double" or "float".
-        inlined: the parameters are a constant of the source.
-        about: the comment on top of both files.
-        hash: of the scenario.
-        version: of hydroservo.
-    """
-
-    prefix: str
-    real: str
-    inlined: bool
-    about: str
-    hash: str
-    version: str
+    prefix: str  # of public names and of types
+    real: str  # "double" or "float"
+    inlined: bool  # the parameters are a constant of the source
+    about: str  # the comment on top of both files
+    hash: str  # of the scenario
+    version: str  # of hydroservo
 
 
 class SourceTexts(NamedTuple):

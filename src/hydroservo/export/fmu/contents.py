@@ -18,27 +18,16 @@ Files = dict[str, str]
 
 
 class Interface(NamedTuple):
-    """What an FMU of one version of FMI needs, for co-simulation or model exchange.
+    """What an FMU of one version of FMI needs, for co-simulation or model exchange."""
 
-    Attributes:
-        description: template of modelDescription.xml.
-        sources: the files of this package to compile.
-        own_headers: of this package.
-        headers: of FMI.
-        unprefixed: macro that gives the functions of a shared library their names without a prefix.
-        first_index: what ModelStructure counts variables from.
-        texts: templates of more files, by their path in the FMU.
-        clocked: the ticks of a clock take the samples.
-    """
-
-    description: str
-    sources: tuple[str, ...]
-    own_headers: tuple[str, ...]
-    headers: tuple[str, ...]
-    unprefixed: str
-    first_index: int
-    texts: Mapping[str, str]
-    clocked: bool = False
+    description: str  # template of modelDescription.xml
+    sources: tuple[str, ...]  # the files of this package to compile
+    own_headers: tuple[str, ...]  # of this package
+    headers: tuple[str, ...]  # of FMI
+    unprefixed: str  # macro that gives the functions of a shared library their names without a prefix
+    first_index: int  # what ModelStructure counts variables from
+    texts: Mapping[str, str]  # templates of more files, by their path in the FMU
+    clocked: bool = False  # the ticks of a clock take the samples
 
 
 FMI2_SOURCES = ("instance.c", "fmi2.c")

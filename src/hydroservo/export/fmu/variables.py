@@ -67,37 +67,21 @@ class VariableKind(Enum):
 
 
 class FmiVariable(NamedTuple):
-    """One variable of an FMU.
+    """One variable of an FMU."""
 
-    Attributes:
-        name: that users see.
-        reference: its value reference, which counts from 0.
-        kind: what may be done with it.
-        place: where it is in C's record of an instance, "" for the time.
-        unit: as declared.
-        meaning: as declared.
-        value: before initialization; for what has a start value.
-        vital: an integrated state, so that a run is lost with it.
-        least: the smallest number that a parameter may be.
-        most: the largest.
-        continuous: an input or output that may change at any instant.
-        nominal: its usual size; of what is integrated.
-        rate_of: the reference of the variable whose rate it is, 0 for none.
-    """
-
-    name: str
-    reference: int
-    kind: VariableKind
-    place: str
-    unit: str
-    meaning: str
-    value: float
-    vital: bool = False
-    least: float = -math.inf
-    most: float = math.inf
-    continuous: bool = False
-    nominal: float = 1.0
-    rate_of: int = 0
+    name: str  # that users see
+    reference: int  # its value reference, which counts from 0
+    kind: VariableKind  # what may be done with it
+    place: str  # where it is in C's record of an instance, "" for the time
+    unit: str  # as declared
+    meaning: str  # as declared
+    value: float  # before initialization; for what has a start value
+    vital: bool = False  # an integrated state, so that a run is lost with it
+    least: float = -math.inf  # the smallest number that a parameter may be
+    most: float = math.inf  # the largest
+    continuous: bool = False  # an input or output that may change at any instant
+    nominal: float = 1.0  # its usual size; of what is integrated
+    rate_of: int = 0  # the reference of the variable whose rate it is, 0 for none
 
     @property
     def causality(self) -> str:

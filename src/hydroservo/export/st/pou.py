@@ -11,21 +11,13 @@ Value = str | Sequence[str]  # of a number or an array
 
 
 class Declaration(NamedTuple):
-    """A variable or a field.
-
-    Attributes:
-        name: its own.
-        kind: its type.
-        note: what it is, with its unit.
-        value: the first one; None is that of the type.
-        length: of an array; 0 for all else.
-    """
+    """A variable or a field."""
 
     name: str
-    kind: str
-    note: str = ""
-    value: Value | None = None
-    length: int = 0
+    kind: str  # its type
+    note: str = ""  # what it is, with its unit
+    value: Value | None = None  # the first one; None is that of the type
+    length: int = 0  # of an array; 0 for all else
 
     @property
     def type(self) -> str:
@@ -56,21 +48,13 @@ class Structure(NamedTuple):
 
 
 class Pou(NamedTuple):
-    """A program organisation unit: a function or a function block.
-
-    Attributes:
-        name: its own.
-        returns: the type of a function's value; empty for a function block.
-        about: what it is.
-        sections: its declarations, by what stands at the head of each.
-        body: its statements, line by line.
-    """
+    """A program organisation unit: a function or a function block."""
 
     name: str
-    returns: str
-    about: str
-    sections: Mapping[str, Sequence[Declaration]]
-    body: Sequence[str]
+    returns: str  # the type of a function's value; empty for a function block
+    about: str  # what it is
+    sections: Mapping[str, Sequence[Declaration]]  # its declarations, by what stands at the head of each
+    body: Sequence[str]  # its statements, line by line
 
     @property
     def keyword(self) -> str:

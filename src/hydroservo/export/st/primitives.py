@@ -53,23 +53,14 @@ WRITTEN: dict[Any, Callable[[Translator, Sequence[Type]], Function]] = {
 
 
 class Text(NamedTuple):
-    """A function whose text is written, not translated.
+    """A function whose text is written, not translated."""
 
-    Attributes:
-        about: what it gives.
-        body: its statements, with ``{f}`` for its name, ``{p}`` for the prefix, ``{real}`` for numbers.
-        inputs: name and type of each argument.
-        kind: of its value.
-        variables: name and type of each.
-        calls: other such functions.
-    """
-
-    about: str
-    body: str
-    inputs: Mapping[str, str] = MappingProxyType({"x": "{real}"})
-    kind: str = "{real}"
-    variables: Mapping[str, str] = MappingProxyType({})
-    calls: Sequence[str] = ()
+    about: str  # what it gives
+    body: str  # its statements, with ``{f}`` for its name, ``{p}`` for the prefix, ``{real}`` for numbers
+    inputs: Mapping[str, str] = MappingProxyType({"x": "{real}"})  # name and type of each argument
+    kind: str = "{real}"  # of its value
+    variables: Mapping[str, str] = MappingProxyType({})  # name and type of each
+    calls: Sequence[str] = ()  # other such functions
 
 
 NO_ARGUMENT = "unused"  # some compilers refuse functions without inputs

@@ -26,29 +26,19 @@ RESET = Declaration("reset", "BOOL", "TRUE: back to the start before this sample
 
 
 class STModule(NamedTuple):
-    """A unit in Structured Text, each part of it after those that it uses.
+    """A unit in Structured Text, each part of it after those that it uses."""
 
-    Attributes:
-        about: the comment at the head of a file.
-        structures: types.
-        functions: functions.
-        block: the function block.
-        inputs: the block's input for each signal of the arguments, in their order.
-        states: the place in the block's ``state`` of each number of the unit's state, in their order.
-        outputs: name and signal of what the block hands on besides its state.
-        parameters: the place of each parameter in their record, by its place in C; of those that are left.
-        parameters_type: the type of that record.
-    """
-
-    about: str
-    structures: Sequence[Structure]
-    functions: Sequence[Pou]
-    block: Pou
-    inputs: Sequence[str]
+    about: str  # the comment at the head of a file
+    structures: Sequence[Structure]  # types
+    functions: Sequence[Pou]  # functions
+    block: Pou  # the function block
+    inputs: Sequence[str]  # the block's input for each signal of the arguments, in their order
+    # the place in the block's ``state`` of each number of the unit's state, in their order
     states: Sequence[str]
-    outputs: Sequence[tuple[str, Signal]]
+    outputs: Sequence[tuple[str, Signal]]  # name and signal of what the block hands on besides its state
+    # the place of each parameter in their record, by its place in C; of those that are left
     parameters: Mapping[str, str]
-    parameters_type: str
+    parameters_type: str  # the type of that record
 
     @property
     def text(self) -> str:
@@ -63,17 +53,11 @@ class STModule(NamedTuple):
 
 
 class BlockWriter(NamedTuple):
-    """What the function block is written from.
+    """What the function block is written from."""
 
-    Attributes:
-        translation: functions and records.
-        writer: of functions and records.
-        unit: the same in C, whose numbers it has.
-    """
-
-    translation: Translation
-    writer: STWriter
-    unit: CModule
+    translation: Translation  # functions and records
+    writer: STWriter  # of functions and records
+    unit: CModule  # the same in C, whose numbers it has
 
     def block(self) -> Pou:
         """The function block: it starts, calls the functions, and hands their results on."""

@@ -122,23 +122,14 @@ Results = Mapping[tuple[str, str], RunOutcome]  # by demand and controller
 
 
 class Judgement(NamedTuple):
-    """What decides a claim: a number of one run, and the number that it must stay below.
+    """What decides a claim: a number of one run, and the number that it must stay below."""
 
-    Attributes:
-        demand: of the run.
-        controller: of the run.
-        name: which of the outcome's metrics or settled sizes it is.
-        measured: its value in SI units; infinite where the run diverged.
-        allowed: the limit in the same unit; infinite where a rival is to be beaten and none is left.
-        rival: the controller whose number the limit is; "" where it is the claim's own.
-    """
-
-    demand: str
-    controller: str
-    name: str
-    measured: float
-    allowed: float
-    rival: str = ""
+    demand: str  # of the run
+    controller: str  # of the run
+    name: str  # which of the outcome's metrics or settled sizes it is
+    measured: float  # its value in SI units; infinite where the run diverged
+    allowed: float  # the limit in the same unit; infinite where a rival is to be beaten and none is left
+    rival: str = ""  # the controller whose number the limit is; "" where it is the claim's own
 
     @property
     def ratio(self) -> float:

@@ -49,21 +49,13 @@ class Verdict(NamedTuple):
 
 
 class PaperStudy(NamedTuple):
-    """Everything that the report shows.
+    """Everything that the report shows."""
 
-    Attributes:
-        trajectories: the built-in scenarios' runs by name, such as "sine-tsmc".
-        metrics: one row a run: its condition, then its metrics in SI units.
-        claims: one row a claim and condition: ratio (measured/allowed) and holds (ratio < 1).
-        verdicts: one for each claim.
-        outcomes: what each run came to.
-    """
-
-    trajectories: "dict[str, xr.Dataset]"
-    metrics: "pd.DataFrame"
-    claims: "pd.DataFrame"
-    verdicts: list[Verdict]
-    outcomes: dict[PaperRun, RunOutcome]
+    trajectories: "dict[str, xr.Dataset]"  # the built-in scenarios' runs by name, such as "sine-tsmc"
+    metrics: "pd.DataFrame"  # one row a run: its condition, then its metrics in SI units
+    claims: "pd.DataFrame"  # one row a claim and condition: ratio (measured/allowed) and holds (ratio < 1)
+    verdicts: list[Verdict]  # one for each claim
+    outcomes: dict[PaperRun, RunOutcome]  # what each run came to
 
 
 def run_study(progress: PaperProgress | None = None) -> PaperStudy:

@@ -48,17 +48,11 @@ PictureProgress = Callable[[int, int], None]  # done, of how many
 
 
 class Repeat(NamedTuple):
-    """A number, and the command that gives it again.
+    """A number, and the command that gives it again."""
 
-    Attributes:
-        command: to be typed in the study's folder.
-        condition: the test condition that it runs.
-        error: what the metric was [SI]; inf where the run was lost.
-    """
-
-    command: str
-    condition: int
-    error: float
+    command: str  # to be typed in the study's folder
+    condition: int  # the test condition that it runs
+    error: float  # what the metric was [SI]; inf where the run was lost
 
 
 def repeat_commands(

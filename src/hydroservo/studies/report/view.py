@@ -16,21 +16,13 @@ UNKNOWN = ErrorRatio(math.nan, 0.0, math.inf)
 
 
 class StudyView(NamedTuple):
-    """A study as its report reads it.
+    """A study as its report reads it."""
 
-    Attributes:
-        manifest: what ``study.json`` holds.
-        verdicts: what was found.
-        grid: the cells and their axes.
-        cell: the one that is shown where there is room for one.
-        level: the level of activity that is shown where there is room for one.
-    """
-
-    manifest: Mapping[str, Any]
-    verdicts: Verdicts
-    grid: MapGrid
-    cell: str
-    level: str
+    manifest: Mapping[str, Any]  # what ``study.json`` holds
+    verdicts: Verdicts  # what was found
+    grid: MapGrid  # the cells and their axes
+    cell: str  # the one that is shown where there is room for one
+    level: str  # the level of activity that is shown where there is room for one
 
     @property
     def at(self) -> LevelVerdict:

@@ -29,31 +29,18 @@ MODULO = Function("ops_modulo", PAIR, returns=INT, written=lambda _: MODULO_TEXT
 
 
 class NumberFormat(NamedTuple):
-    """What the texts of functions need to know of a floating-point format.
+    """What the texts of functions need to know of a floating-point format."""
 
-    Attributes:
-        real: its type.
-        bits: the type of its bits.
-        mantissa: the number of bits behind the point.
-        one: the bits of 1.
-        least_mantissa: the bits of the largest number below sqrt(1/2), plus one.
-        bias: of its exponents.
-        rounder: 1.5 2^mantissa + 2 bias, which leaves n + 2 bias in the lowest bits of n + rounder.
-        whole: 2^mantissa; from here on every number is whole.
-        suffix: of its literals and of math.h's functions.
-        nan: not a number.
-    """
-
-    real: str
-    bits: str
-    mantissa: int
-    one: str
-    least_mantissa: str
-    bias: int
-    rounder: str
-    whole: str
-    suffix: str
-    nan: str
+    real: str  # its type
+    bits: str  # the type of its bits
+    mantissa: int  # the number of bits behind the point
+    one: str  # the bits of 1
+    least_mantissa: str  # the bits of the largest number below sqrt(1/2), plus one
+    bias: int  # of its exponents
+    rounder: str  # 1.5 2^mantissa + 2 bias, which leaves n + 2 bias in the lowest bits of n + rounder
+    whole: str  # 2^mantissa; from here on every number is whole
+    suffix: str  # of its literals and of math.h's functions
+    nan: str  # not a number
 
 
 DOUBLE = NumberFormat(
