@@ -5,25 +5,8 @@ from functools import reduce
 
 from hydroservo.export.c.primitives import numbers
 from hydroservo.export.unit import Operations
+from hydroservo.language import terms
 from hydroservo.language.liveness import Liveness, matters
-from hydroservo.language.terms import (
-    REAL,
-    Assign,
-    Call,
-    Choice,
-    Expression,
-    For,
-    Function,
-    If,
-    Let,
-    Make,
-    Operation,
-    Record,
-    Return,
-    Statement,
-    While,
-    operands,
-)
 
 NONE = Operations()
 SIGNS = {
@@ -54,7 +37,7 @@ class UncountedError(Exception):
     """There is no most: a loop goes on as long as its numbers ask, or a text in C is not known here."""
 
 
-def operation_count(function: Function, needed: Liveness) -> Operations | None:
+def operation_count(function: terms.Function, needed: Liveness) -> Operations | None:
     """What a call of a function takes at most; None where there is no most."""
     try:
         return Count(needed).function(function)
@@ -70,9 +53,9 @@ class Count:
 
     def __init__(self, needed: Liveness) -> None:
         self.needed = needed
-        self.found: dict[Function, Operations] = {}
+        self.found: dict[terms.Function, Operations] = {}
 
-    def function(self, function: Function) -> Operations:
+    def function(self, function: terms.Function) -> Operations:
         """A call, without what its arguments take."""
         if function not in self.found:
             count = (
@@ -84,56 +67,56 @@ class Count:
             self.found[function] = count._replace(functions=1) if is_one else count
         return self.found[function]
 
-    def text(self, function: Function) -> Operations:
+    def text(self, function: terms.Function) -> Operations:
         """A function that is written, not translated."""
         if function not in WRITTEN:
             raise UncountedError
         return WRITTEN[function]
 
-    def body(self, statements: Sequence[Statement], names: set[str]) -> Operations:
+    def body(self, statements: Sequence[terms.Statement], names: set[str]) -> Operations:
         """Statements that are written, which give values to these names."""
         return total_operations(self.statement(one, names) for one in statements if matters(one, names))
 
-    def statement(self, one: Statement, names: set[str]) -> Operations:
+    def statement(self, one: terms.Statement, names: set[str]) -> Operations:
         match one:
-            case Let(value=value) | Assign(value=value) | Return(value=value):
+            case terms.Let(value=value) | terms.Assign(value=value) | terms.Return(value=value):
                 return self.value(value)
-            case If(condition=condition, body=body, otherwise=otherwise):
+            case terms.If(condition=condition, body=body, otherwise=otherwise):
                 ways = [self.body(way, names) for way in (body, otherwise)]
                 return self.value(condition).plus(dearer_way(*ways))
-            case For(body=body) if (turns := one.turns()) is not None:
+            case terms.For(body=body) if (turns := one.turns()) is not None:
                 return self.body(body, names).times(turns)
-            case For() | While():
+            case terms.For() | terms.While():
                 raise UncountedError
         return NONE
 
-    def value(self, value: Expression) -> Operations:
+    def value(self, value: terms.Expression) -> Operations:
         """What it takes to compute a value."""
         if not self.needed.kept(value.type):
             return NONE
-        if isinstance(value, Choice):
+        if isinstance(value, terms.Choice):
             return self.value(value.condition).plus(dearer_way(self.value(value.a), self.value(value.b)))
         return total_operations([self.last(value), *map(self.value, self.before(value))])
 
-    def last(self, value: Expression) -> Operations:
+    def last(self, value: terms.Expression) -> Operations:
         """What it takes where all that it is made of is there."""
         match value:
-            case Operation(operator=sign, a=a) if a.type == REAL:
+            case terms.Operation(operator=sign, a=a) if a.type == terms.REAL:
                 return SIGNS[sign]
-            case Call(function=function):
+            case terms.Call(function=function):
                 return self.function(function)
         return NONE
 
-    def before(self, value: Expression) -> list[Expression]:
+    def before(self, value: terms.Expression) -> list[terms.Expression]:
         """What it is made of, as far as it is written."""
         match value:
-            case Call(function=function, arguments=arguments):
+            case terms.Call(function=function, arguments=arguments):
                 taken = {name for name, _ in self.needed.takes(function)}
                 pairs = zip(function.parameters, arguments, strict=True)
                 return [one for (name, _), one in pairs if name in taken]
-            case Make(type=Record() as record, values=values):
+            case terms.Make(type=terms.Record() as record, values=values):
                 return [one for name, one in values.items() if self.needed.has(record, name)]
-        return list(operands(value))
+        return list(terms.operands(value))
 
 
 def total_operations(counts: Iterable[Operations]) -> Operations:

@@ -4,36 +4,9 @@ import struct
 from collections.abc import Sequence
 from typing import Any
 
-from hydroservo.language.terms import (
-    BOOL,
-    INT,
-    REAL,
-    Array,
-    ArrayView,
-    Call,
-    Choice,
-    ConstantArray,
-    Conversion,
-    Element,
-    Expression,
-    Function,
-    Known,
-    Length,
-    Literal,
-    Make,
-    Member,
-    Memory,
-    MemoryLoad,
-    NamedNumber,
-    Operation,
-    Record,
-    Type,
-    Unary,
-    Variable,
-    Whole,
-)
+from hydroservo.language import terms
 
-NUMBERS: dict[Type, str] = {REAL: "double", INT: "i64", BOOL: "i1"}
+NUMBERS: dict[terms.Type, str] = {terms.REAL: "double", terms.INT: "i64", terms.BOOL: "i1"}
 FLOATS = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
 WHOLES = {"+": "add", "-": "sub", "*": "mul", "&": "and", "|": "or", "^": "xor", "<<": "shl", ">>": "ashr"}
 COMPARED = {"<": "lt", "<=": "le", ">": "gt", ">=": "ge", "==": "eq", "!=": "ne"}
@@ -62,7 +35,7 @@ class FunctionValues:
         self.names: dict[str, Any] = {}
         self.changing: dict[str, Any] = {}
         self.declared: dict[str, str] = {}
-        self.tables: dict[ConstantArray, str] = {}
+        self.tables: dict[terms.ConstantArray, str] = {}
         self.few: list[bool] = []
 
     # blocks and lines
@@ -80,9 +53,9 @@ class FunctionValues:
         self.lines.append(f"  {found} = {text}")
         return found
 
-    def slot(self, kind: Type) -> Any:
+    def slot(self, kind: terms.Type) -> Any:
         """Memory of the stack for a value; of a record, for each of its numbers."""
-        if isinstance(kind, Record):
+        if isinstance(kind, terms.Record):
             return [self.slot(part) for part in runtime_fields(kind).values()]
         if kind not in NUMBERS:
             return None
@@ -90,17 +63,17 @@ class FunctionValues:
         self.slots.append(f"  {found} = alloca {NUMBERS[kind]}")
         return found
 
-    def put(self, slot: Any, kind: Type, value: Any) -> None:
+    def put(self, slot: Any, kind: terms.Type, value: Any) -> None:
         """A new value for what stands in memory of the stack."""
-        if isinstance(kind, Record):
+        if isinstance(kind, terms.Record):
             for part in zip(slot, runtime_fields(kind).values(), value, strict=True):
                 self.put(*part)
         elif kind in NUMBERS:
             self.line(f"store {NUMBERS[kind]} {value}, ptr {slot}")
 
-    def loaded(self, slot: Any, kind: Type) -> Any:
+    def loaded(self, slot: Any, kind: terms.Type) -> Any:
         """The value that stands in memory of the stack."""
-        if isinstance(kind, Record):
+        if isinstance(kind, terms.Record):
             return [self.loaded(*part) for part in zip(slot, runtime_fields(kind).values(), strict=True)]
         return self.emit(f"load {NUMBERS[kind]}, ptr {slot}") if kind in NUMBERS else ""
 
@@ -144,79 +117,79 @@ class FunctionValues:
 
     def index(self, value: Any) -> str:
         """A whole number, known or not."""
-        return str(int(value.value)) if isinstance(value, Known) else str(self.value(value))
+        return str(int(value.value)) if isinstance(value, terms.Known) else str(self.value(value))
 
-    def place(self, value: Expression) -> Any:
+    def place(self, value: terms.Expression) -> Any:
         """Where a value stands in memory of the stack; None where it does not."""
-        if isinstance(value, Variable):
+        if isinstance(value, terms.Variable):
             return self.changing.get(value.name)
-        if isinstance(value, Member) and (base := self.place(value.base)) is not None:
+        if isinstance(value, terms.Member) and (base := self.place(value.base)) is not None:
             return base[index_of(value)]
         return None
 
-    def value(self, value: Expression) -> Any:
+    def value(self, value: terms.Expression) -> Any:
         """An expression's value."""
         if (place := self.place(value)) is not None:
             return self.loaded(place, value.type)
         match value:
-            case Literal(value=number) | NamedNumber(value=number):
+            case terms.Literal(value=number) | terms.NamedNumber(value=number):
                 return float_literal(number)
-            case Whole(value=whole):
-                return str(int(whole)) if value.type != BOOL else str(bool(whole)).lower()
-            case Variable(name=name):
+            case terms.Whole(value=whole):
+                return str(int(whole)) if value.type != terms.BOOL else str(bool(whole)).lower()
+            case terms.Variable(name=name):
                 return self.names[name]
-            case Member(base=base):
+            case terms.Member(base=base):
                 return self.value(base)[index_of(value)]
-            case Make(values=values):
+            case terms.Make(values=values):
                 return [self.value(values[name]) for name in runtime_fields(value.type)]  # type: ignore[arg-type]
-            case Unary(operator=sign, a=a):
+            case terms.Unary(operator=sign, a=a):
                 return self.unary(sign, a)
-            case Operation(operator=sign, a=a, b=b):
+            case terms.Operation(operator=sign, a=a, b=b):
                 return self.operation(sign, a, b)
-            case Conversion(a=a):
-                word = "sitofp i64" if value.type == REAL else "fptosi double"
+            case terms.Conversion(a=a):
+                word = "sitofp i64" if value.type == terms.REAL else "fptosi double"
                 return self.emit(f"{word} {self.value(a)} to {NUMBERS[value.type]}")
-            case Choice():
+            case terms.Choice():
                 return self.choice(value)
-            case Call(function=function, arguments=arguments):
+            case terms.Call(function=function, arguments=arguments):
                 return self.call(function, arguments)
         return self.in_memory(value)
 
-    def in_memory(self, value: Expression) -> Any:
+    def in_memory(self, value: terms.Expression) -> Any:
         """A number of a memory, an array or a table, or an array itself."""
         match value:
-            case Element(table=table, index=index):
+            case terms.Element(table=table, index=index):
                 name = self.tables.setdefault(table, f"@t{len(self.tables)}")
                 at = f"getelementptr double, ptr {name}, i64 {self.index(index)}"
                 return self.emit(f"load double, ptr {self.emit(at)}, align 8")
-            case MemoryLoad(memory=memory, index=index):
+            case terms.MemoryLoad(memory=memory, index=index):
                 return self.emit(f"load {NUMBERS[value.type]}, ptr {self.address(memory, index)}, align 8")
-            case Length(array=array, axis=axis):
+            case terms.Length(array=array, axis=axis):
                 return self.value(array)[axis + 1]
-            case ArrayView(address=address, lengths=lengths):
+            case terms.ArrayView(address=address, lengths=lengths):
                 return [self.emit(f"inttoptr i64 {self.value(address)} to ptr"), *map(self.value, lengths)]
         raise AssertionError(value)
 
-    def address(self, memory: Expression, index: Any) -> str:
+    def address(self, memory: terms.Expression, index: Any) -> str:
         """Where the number at an index is."""
         start = self.value(memory)
-        if isinstance(memory.type, Array):
+        if isinstance(memory.type, terms.Array):
             start, word = start[0], "double"
         else:
-            assert isinstance(memory.type, Memory)
+            assert isinstance(memory.type, terms.Memory)
             word = NUMBERS[memory.type.element]
         return self.emit(f"getelementptr {word}, ptr {start}, i64 {self.index(index)}")
 
-    def unary(self, sign: str, a: Expression) -> str:
+    def unary(self, sign: str, a: terms.Expression) -> str:
         value = self.value(a)
         if sign == "!":
             return self.emit(f"xor i1 {value}, true")
-        return self.emit(f"fneg double {value}" if a.type == REAL else f"sub i64 0, {value}")
+        return self.emit(f"fneg double {value}" if a.type == terms.REAL else f"sub i64 0, {value}")
 
-    def operation(self, sign: str, a: Expression, b: Expression) -> str:
+    def operation(self, sign: str, a: terms.Expression, b: terms.Expression) -> str:
         if sign in ("&&", "||"):
             return self.logic(sign, a, b)
-        kind, real = NUMBERS[a.type], a.type == REAL
+        kind, real = NUMBERS[a.type], a.type == terms.REAL
         x, y = self.value(a), self.value(b)
         if sign in COMPARED:
             if real:
@@ -225,7 +198,7 @@ class FunctionValues:
             return self.emit(f"icmp {ordered}{COMPARED[sign]} {kind} {x}, {y}")
         return self.emit(f"{FLOATS[sign] if real else WHOLES[sign]} {kind} {x}, {y}")
 
-    def logic(self, sign: str, a: Expression, b: Expression) -> str:
+    def logic(self, sign: str, a: terms.Expression, b: terms.Expression) -> str:
         """Two truth values joined, the second of which is computed only if the first does not decide."""
         first = self.value(a)
         if is_there(b):
@@ -240,7 +213,7 @@ class FunctionValues:
         self.enter(after)
         return self.emit(f"phi i1 [ {str(sign == '||').lower()}, %{start} ], [ {second}, %{end} ]")
 
-    def choice(self, value: Choice) -> Any:
+    def choice(self, value: terms.Choice) -> Any:
         """One of two values, of which only that one is computed where Python computes only that."""
         condition = self.value(value.condition)
         if value.both or (is_there(value.a) and is_there(value.b)):
@@ -255,40 +228,44 @@ class FunctionValues:
         self.enter(after)
         return self.loaded(slot, value.type)
 
-    def selected(self, condition: str, kind: Type, a: Any, b: Any) -> Any:
+    def selected(self, condition: str, kind: terms.Type, a: Any, b: Any) -> Any:
         """One of two values without a branch, number by number."""
-        if not isinstance(kind, Record):
+        if not isinstance(kind, terms.Record):
             return self.emit(f"select i1 {condition}, {NUMBERS[kind]} {a}, {NUMBERS[kind]} {b}")
         parts = zip(runtime_fields(kind).values(), a, b, strict=True)
         return [self.selected(condition, *part) for part in parts]
 
-    def call(self, function: Function, arguments: Sequence[Expression]) -> Any:
+    def call(self, function: terms.Function, arguments: Sequence[terms.Expression]) -> Any:
         given = [self.value(one) for one in arguments]
         if not function.body:
             return function.written(self, *given)
         return self.inlined(function, given)
 
-    def inlined(self, function: Function, given: Sequence[Any]) -> Any:
+    def inlined(self, function: terms.Function, given: Sequence[Any]) -> Any:
         """What a function returns for some values; its text is written here."""
         raise NotImplementedError
 
 
-def index_of(member: Member) -> int:
+def index_of(member: terms.Member) -> int:
     """Where a field stands among those of its record."""
-    assert isinstance(member.base.type, Record)
+    assert isinstance(member.base.type, terms.Record)
     return list(runtime_fields(member.base.type)).index(member.name)
 
 
-def is_there(value: Expression) -> bool:
+def is_there(value: terms.Expression) -> bool:
     """Whether a value takes no work."""
-    while isinstance(value, Member):
+    while isinstance(value, terms.Member):
         value = value.base
-    return isinstance(value, Variable | Literal | NamedNumber | Whole)
+    return isinstance(value, terms.Variable | terms.Literal | terms.NamedNumber | terms.Whole)
 
 
-def runtime_fields(record: Record) -> dict[str, Type]:
+def runtime_fields(record: terms.Record) -> dict[str, terms.Type]:
     """The fields of a record that it has at run time."""
-    return {name: kind for name, kind in record.fields.items() if not isinstance(kind, Known | ConstantArray)}
+    return {
+        name: kind
+        for name, kind in record.fields.items()
+        if not isinstance(kind, terms.Known | terms.ConstantArray)
+    }
 
 
 def float_literal(number: float) -> str:

@@ -10,25 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.engine.llvm.values import NUMBERS, FunctionValues, float_literal
-from hydroservo.language.terms import (
-    INT,
-    Assign,
-    Break,
-    Continue,
-    Do,
-    Expression,
-    For,
-    Function,
-    If,
-    Known,
-    Let,
-    MemoryStore,
-    Require,
-    Return,
-    Statement,
-    While,
-    bodies,
-)
+from hydroservo.language import terms
 
 FEW = 16  # turns of a loop that is unrolled, for loops over lanes hold no others
 
@@ -53,14 +35,14 @@ class LLVMWriter(FunctionValues):
         end = ["  ret i32 0", *raised, "}"]
         return "\n".join([*tables, *self.declared.values(), *head, *self.lines, *end, *nodes, ""])
 
-    def inlined(self, function: Function, given: Sequence[Any]) -> Any:
+    def inlined(self, function: terms.Function, given: Sequence[Any]) -> Any:
         """What a function returns for some values; its text is written here."""
         outer = self.names, self.changing, self.loops, self.result, self.done
-        names = [name for name, kind in function.parameters if not isinstance(kind, Known)]
+        names = [name for name, kind in function.parameters if not isinstance(kind, terms.Known)]
         self.names, self.loops = dict(zip(names, given, strict=True)), []
         self.changing = {name: self.slot(kind) for name, kind in function.locals.items()}
         *first, last = function.body
-        if isinstance(last, Return) and len(returns_in(function.body)) == 1:
+        if isinstance(last, terms.Return) and len(returns_in(function.body)) == 1:
             self.statements(first)
             if not self.label:  # after what never ends
                 self.enter(*self.labels("never"))
@@ -76,43 +58,46 @@ class LLVMWriter(FunctionValues):
 
     # statements
 
-    def statements(self, body: Sequence[Statement]) -> None:
+    def statements(self, body: Sequence[terms.Statement]) -> None:
         for one in body:
             if self.label:
                 self.statement(one)
 
-    def statement(self, one: Statement) -> None:
+    def statement(self, one: terms.Statement) -> None:
         match one:
-            case Let(name=name, value=value):
+            case terms.Let(name=name, value=value):
                 self.names[name] = self.value(value)
-            case Assign(name=name, value=value):
+            case terms.Assign(name=name, value=value):
                 self.put(self.changing[name], value.type, self.value(value))
-            case MemoryStore(memory=memory, index=index, value=value):
+            case terms.MemoryStore(memory=memory, index=index, value=value):
                 given = self.value(value)
                 self.line(f"store {NUMBERS[value.type]} {given}, ptr {self.address(memory, index)}, align 8")
-            case Do(call=call):
+            case terms.Do(call=call):
                 self.value(call)
-            case Require(condition=condition):
+            case terms.Require(condition=condition):
                 self.require(self.value(condition))
-            case Return(value=value):
+            case terms.Return(value=value):
                 self.returns(value)
-            case If(condition=condition, body=body, otherwise=otherwise):
+            case terms.If(condition=condition, body=body, otherwise=otherwise):
                 self.branches(condition, body, otherwise)
-            case While(condition=condition, body=body):
+            case terms.While(condition=condition, body=body):
                 self.repeats(condition, body)
-            case For():
+            case terms.For():
                 self.counts(one)
-            case Break():
+            case terms.Break():
                 self.branch(self.loops[-1][1])
-            case Continue():
+            case terms.Continue():
                 self.branch(self.loops[-1][0])
 
-    def returns(self, value: Expression) -> None:
+    def returns(self, value: terms.Expression) -> None:
         self.put(self.result, value.type, self.value(value))
         self.branch(self.done)
 
     def branches(
-        self, condition: Expression, body: Sequence[Statement], otherwise: Sequence[Statement]
+        self,
+        condition: terms.Expression,
+        body: Sequence[terms.Statement],
+        otherwise: Sequence[terms.Statement],
     ) -> None:
         then, other, after = self.labels("then", "else", "after")
         self.choose(self.value(condition), then, other if otherwise else after)
@@ -128,7 +113,7 @@ class LLVMWriter(FunctionValues):
         if goes_on:
             self.enter(after)
 
-    def repeats(self, condition: Expression, body: Sequence[Statement]) -> None:
+    def repeats(self, condition: terms.Expression, body: Sequence[terms.Statement]) -> None:
         head, inside, after = self.labels("head", "turn", "after")
         self.branch(head)
         self.enter(head)
@@ -137,8 +122,8 @@ class LLVMWriter(FunctionValues):
         self.turn(body, head, after, few=False)
         self.enter(after)
 
-    def counts(self, loop: For) -> None:
-        slot, step = self.slot(INT), loop.step.value
+    def counts(self, loop: terms.For) -> None:
+        slot, step = self.slot(terms.INT), loop.step.value
         stop = self.index(loop.stop)
         self.line(f"store i64 {self.index(loop.start)}, ptr {slot}")
         head, inside, next_turn, after = self.labels("head", "turn", "next", "after")
@@ -157,7 +142,7 @@ class LLVMWriter(FunctionValues):
         self.loop_back(head, few_turns(loop))
         self.enter(after)
 
-    def turn(self, body: Sequence[Statement], head: str, after: str, *, few: bool) -> None:
+    def turn(self, body: Sequence[terms.Statement], head: str, after: str, *, few: bool) -> None:
         """The statements of a loop, which goes on at its head."""
         next_turn, *_ = self.labels("next")
         self.loops.append((next_turn, after))
@@ -173,16 +158,16 @@ class LLVMWriter(FunctionValues):
         self.leave(f"br label %{head}, !llvm.loop !{len(self.few)}")
 
 
-def few_turns(loop: For) -> bool:
+def few_turns(loop: terms.For) -> bool:
     """Whether a loop is known to be short."""
     turns = loop.turns()
     return turns is not None and turns <= FEW
 
 
-def returns_in(body: Sequence[Statement]) -> list[Return]:
+def returns_in(body: Sequence[terms.Statement]) -> list[terms.Return]:
     """The returns in some statements."""
-    found = [one for one in body if isinstance(one, Return)]
-    return sum((returns_in(inner) for one in body for inner in bodies(one)), found)
+    found = [one for one in body if isinstance(one, terms.Return)]
+    return sum((returns_in(inner) for one in body for inner in terms.bodies(one)), found)
 
 
 def array_constant(name: str, array: NDArray[np.float64]) -> str:

@@ -9,29 +9,14 @@ from hydroservo.export.st.pou import Declaration, Pou
 from hydroservo.export.st.primitives import NO_ARGUMENT
 from hydroservo.export.st.writer import STWriter
 from hydroservo.export.translation import first_paragraph
+from hydroservo.language import terms
 from hydroservo.language.liveness import matters
-from hydroservo.language.terms import (
-    INT,
-    Assign,
-    Break,
-    Choice,
-    Continue,
-    Expression,
-    For,
-    Function,
-    If,
-    Let,
-    Make,
-    Return,
-    Statement,
-    While,
-)
 
 
 class FunctionWriter(ExpressionWriter):
     """The statements of one function."""
 
-    def __init__(self, writer: STWriter, function: Function) -> None:
+    def __init__(self, writer: STWriter, function: terms.Function) -> None:
         self.function, self.name = function, writer.function_name(function)
         super().__init__(writer, self.name)
         self.inputs: dict[str, str] = {}  # types by the name written
@@ -55,7 +40,7 @@ class FunctionWriter(ExpressionWriter):
         about = first_paragraph(function.origin)
         return Pou(self.name, writer.type(function.returns), about, sections, self.lines)
 
-    def nested(self, body: Sequence[Statement], last: bool = False) -> None:
+    def nested(self, body: Sequence[terms.Statement], last: bool = False) -> None:
         """Statements within others; an empty statement where there are none."""
         self.depth += 1
         self.statements(body, last)
@@ -63,54 +48,54 @@ class FunctionWriter(ExpressionWriter):
             self.emit(";")
         self.depth -= 1
 
-    def statements(self, body: Sequence[Statement], last: bool = False) -> None:
+    def statements(self, body: Sequence[terms.Statement], last: bool = False) -> None:
         """Statements; the function ends behind the last of them where they are its own."""
         live = self.live_statements(body)
         for one in live:
             self.statement(one, last and one is live[-1])
 
-    def live_statements(self, body: Sequence[Statement]) -> list[Statement]:
+    def live_statements(self, body: Sequence[terms.Statement]) -> list[terms.Statement]:
         """The statements that matter."""
         live = self.writer.needed.locals[self.function]
         return [one for one in body if matters(one, live)]
 
-    def statement(self, one: Statement, last: bool) -> None:
+    def statement(self, one: terms.Statement, last: bool) -> None:
         match one:
-            case Let(name=name, value=value):
+            case terms.Let(name=name, value=value):
                 self.assign(self.variable(name, value.type), value, fresh=True)
-            case Assign(name=name, value=value):
+            case terms.Assign(name=name, value=value):
                 self.assign(self.names[name], value)
-            case Return(value=value):
+            case terms.Return(value=value):
                 self.return_statement(value, last)
-            case If():
+            case terms.If():
                 self.if_statement(one, last)
-            case While(condition=condition, body=body):
+            case terms.While(condition=condition, body=body):
                 self.while_loop(condition, body)
-            case For():
+            case terms.For():
                 self.for_loop(one)
-            case Break():
+            case terms.Break():
                 self.emit("EXIT;")
-            case Continue():
+            case terms.Continue():
                 self.emit("CONTINUE;")
             case _:
                 raise AssertionError(one)
 
-    def return_statement(self, value: Expression, last: bool) -> None:
+    def return_statement(self, value: terms.Expression, last: bool) -> None:
         """The value of a function, and its end where more follows."""
-        if isinstance(value, Choice):
+        if isinstance(value, terms.Choice):
             self.choice(value, lambda one: self.return_statement(one, last))
             return
-        text = self.record_variable(value, "answer") if isinstance(value, Make) else self.value(value)
+        text = self.record_variable(value, "answer") if isinstance(value, terms.Make) else self.value(value)
         self.emit(f"{self.name} := {text};")
         if not last:
             self.emit("RETURN;")
 
-    def if_statement(self, one: If, last: bool, word: str = "IF") -> None:
+    def if_statement(self, one: terms.If, last: bool, word: str = "IF") -> None:
         """Statements under conditions; one alone in an ELSE makes it ELSIF."""
         self.emit(f"{word} {self.value(one.condition)} THEN")
         self.nested(one.body, last)
         match self.live_statements(one.otherwise):
-            case [If() as only] if is_simple(only.condition):
+            case [terms.If() as only] if is_simple(only.condition):
                 self.if_statement(only, last, "ELSIF")
                 return
             case [_, *_]:
@@ -118,7 +103,7 @@ class FunctionWriter(ExpressionWriter):
                 self.nested(one.otherwise, last)
         self.emit("END_IF;")
 
-    def while_loop(self, condition: Expression, body: Sequence[Statement]) -> None:
+    def while_loop(self, condition: terms.Expression, body: Sequence[terms.Statement]) -> None:
         """A loop; the statements that its condition takes are done again at each turn."""
         if is_simple(condition):
             self.emit(f"WHILE {self.value(condition)} DO")
@@ -132,34 +117,34 @@ class FunctionWriter(ExpressionWriter):
         self.nested(body)
         self.emit("END_WHILE;")
 
-    def for_loop(self, loop: For) -> None:
+    def for_loop(self, loop: terms.For) -> None:
         """A loop over whole numbers, whose end is part of it."""
-        name, by = self.variable(loop.name, INT), loop.step.value
+        name, by = self.variable(loop.name, terms.INT), loop.step.value
         last = 1 if by > 0 else -1
         stop = (
             f"{self.operand(loop.stop, 0)} - ({last})"
-            if isinstance(loop.stop, Expression)
+            if isinstance(loop.stop, terms.Expression)
             else str(loop.stop.value - last)
         )
-        start = self.value(loop.start) if isinstance(loop.start, Expression) else str(loop.start.value)
+        start = self.value(loop.start) if isinstance(loop.start, terms.Expression) else str(loop.start.value)
         self.emit(f"FOR {name} := {start} TO {stop}{'' if by == 1 else f' BY {by}'} DO")
         self.nested(loop.body)
         self.emit("END_FOR;")
 
-    def assign(self, target: str, value: Expression, fresh: bool = False) -> None:
+    def assign(self, target: str, value: terms.Expression, fresh: bool = False) -> None:
         """A value for a variable; nothing of it reads one that is fresh."""
-        if isinstance(value, Choice):
+        if isinstance(value, terms.Choice):
             self.choice(value, lambda one: self.assign(target, one, fresh))
-        elif isinstance(value, Make) and fresh:
+        elif isinstance(value, terms.Make) and fresh:
             self.fill(target, value)
         else:
             self.emit(f"{target} := {self.value(value)};")
 
-    def choice(self, value: Choice, use: Callable[[Expression], None]) -> None:
+    def choice(self, value: terms.Choice, use: Callable[[terms.Expression], None]) -> None:
         """One of several values, of which only that one is computed."""
         word = "IF"
-        other: Expression = value
-        while isinstance(other, Choice) and (word == "IF" or is_simple(other.condition)):
+        other: terms.Expression = value
+        while isinstance(other, terms.Choice) and (word == "IF" or is_simple(other.condition)):
             self.emit(f"{word} {self.value(other.condition)} THEN")
             self.depth += 1
             use(other.a)

@@ -10,19 +10,10 @@ from hydroservo.export.st.numbers import literal_of, parts_of
 from hydroservo.export.st.pou import Declaration, Pou, Structure, remark
 from hydroservo.export.st.primitives import TEXTS, text_function, with_callees
 from hydroservo.export.translation import UnitWriter, about_record
+from hydroservo.language import terms
 from hydroservo.language.liveness import Liveness
 from hydroservo.language.names import identifier
 from hydroservo.language.scope import TranslationError
-from hydroservo.language.terms import (
-    BOOL,
-    INT,
-    REAL,
-    Computed,
-    Function,
-    NamedNumber,
-    Record,
-    Type,
-)
 
 ATOM, UNARY = 7, 6  # how strongly operators bind
 
@@ -36,19 +27,19 @@ class STWriter(UnitWriter):
     """What everything in Structured Text is called, and the text of records; numbers are LREAL or REAL."""
 
     def __init__(
-        self, prefix: str, real: str, needed: Liveness, signals: Mapping[Record, Sequence[Field | None]]
+        self, prefix: str, real: str, needed: Liveness, signals: Mapping[terms.Record, Sequence[Field | None]]
     ) -> None:
         super().__init__(prefix, real, needed, signals)
         own = (block_name(prefix), *(f"{prefix}_{name}" for name in (*TEXTS, *RESERVED)))
         self.taken = {name.casefold() for name in own}
-        self.types: dict[Record, str] = {}
-        self.functions: dict[Function, str] = {}
-        self.members: dict[Record, dict[str, str]] = {}
+        self.types: dict[terms.Record, str] = {}
+        self.functions: dict[terms.Function, str] = {}
+        self.members: dict[terms.Record, dict[str, str]] = {}
         self.primitives: list[str] = []
 
     # records
 
-    def name_all(self, records: Iterable[Record]) -> None:
+    def name_all(self, records: Iterable[terms.Record]) -> None:
         """Gives types and functions their names, which those within them shall not have."""
         for record in records:
             self.type(record)
@@ -61,31 +52,31 @@ class STWriter(UnitWriter):
         self.taken.add(found.casefold())
         return found
 
-    def type(self, kind: Type) -> str:
+    def type(self, kind: terms.Type) -> str:
         """A type's name."""
-        if not isinstance(kind, Record):
-            return {REAL: self.real, INT: "LINT", BOOL: "BOOL"}[kind]  # type: ignore[index]
+        if not isinstance(kind, terms.Record):
+            return {terms.REAL: self.real, terms.INT: "LINT", terms.BOOL: "BOOL"}[kind]  # type: ignore[index]
         if kind not in self.types:
             self.types[kind] = self.global_name(kind.name)
         return self.types[kind]
 
-    def member(self, record: Record, name: str) -> str:
+    def member(self, record: terms.Record, name: str) -> str:
         """The name of a record's field."""
         if record not in self.members:
             taken = set(self.taken)
             self.members[record] = {one: unused_name(one, taken) for one in record.fields}
         return self.members[record][name]
 
-    def places(self, record: Record, in_c: str = "", place: str = "") -> Iterator[tuple[str, str]]:
+    def places(self, record: terms.Record, in_c: str = "", place: str = "") -> Iterator[tuple[str, str]]:
         """The place in C of each number of a record, and its place here."""
         for name, kind in self.kept(record):
             both = f"{in_c}{identifier(name)}", f"{place}{self.member(record, name)}"
-            if isinstance(kind, Record):
+            if isinstance(kind, terms.Record):
                 yield from self.places(kind, f"{both[0]}.", f"{both[1]}.")
             else:
                 yield both
 
-    def record(self, record: Record) -> Structure:
+    def record(self, record: terms.Record) -> Structure:
         """The definition of a record's type."""
         fields = [
             Declaration(self.member(record, name), self.type(kind), remark(field.unit, field.meaning))
@@ -95,7 +86,7 @@ class STWriter(UnitWriter):
 
     # functions
 
-    def function_name(self, function: Function) -> str:
+    def function_name(self, function: terms.Function) -> str:
         """The name of a function."""
         if not function.body:
             return self.primitive(function.name)
@@ -124,9 +115,9 @@ class STWriter(UnitWriter):
             return text, UNARY if text[0] == "-" else ATOM
         return f"{self.primitive('number')}({', '.join(parts_of(value, self.real))})", ATOM
 
-    def constant(self, value: NamedNumber | Computed) -> float:
+    def constant(self, value: terms.NamedNumber | terms.Computed) -> float:
         """The number of a constant in this precision."""
-        if isinstance(value, NamedNumber) and self.real == "REAL":
+        if isinstance(value, terms.NamedNumber) and self.real == "REAL":
             return SINGLE.get((value.module, value.name), value.value)
         return value.value
 
