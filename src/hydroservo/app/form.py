@@ -55,7 +55,7 @@ def block_entry(path: str, draft: Draft, hint: Any, context: Context) -> dict[st
         "path": path,
         "type": maker.__qualname__,
         "types": types_of(hint) if is_role(hint) else list(makers(made_class(maker))),
-        "meaning": first_line(made_class(maker)),
+        "meaning": (made_class(maker).__doc__ or "").strip().partition("\n")[0],
         "numbers": list(number_entries(path, draft, context)),
         "blocks": list(block_entries(path, draft, context)),
     }
@@ -64,11 +64,6 @@ def block_entry(path: str, draft: Draft, hint: Any, context: Context) -> dict[st
 def made_class(maker: Any) -> type:
     found: type = maker if isinstance(maker, type) else maker.__self__
     return found
-
-
-def first_line(cls: type) -> str:
-    """What a class says that it is."""
-    return (cls.__doc__ or "").strip().partition("\n")[0]
 
 
 @cache

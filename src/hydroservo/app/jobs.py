@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.app.drawing import draw_page_run
+from hydroservo.app.drawing import draw_bode, draw_page_run, sketch_bode
 from hydroservo.app.form import form_of
 from hydroservo.app.logs import draw_log, identify_from_log, log_file
 from hydroservo.app.retype import complete_retyped, retype
@@ -16,6 +16,7 @@ from hydroservo.control.loop import AUTO, Loop
 from hydroservo.core.errors import HydroservoError, HydroservoWarning, short
 from hydroservo.core.outputs import temporary_folder
 from hydroservo.runs.kernels import Mode
+from hydroservo.runs.results import save
 from hydroservo.runs.run import PreparedRun, simulate
 from hydroservo.runs.step_sizes import with_substeps
 from hydroservo.runs.trace import run_dataset
@@ -64,7 +65,6 @@ def form_job(request: Request, home: Home, _: Report) -> Answer:
 
 def frequency_job(request: Request, home: Home, _: Report) -> Answer:
     """A loop in frequency; its curves alone between two frequencies, where these are given."""
-    from hydroservo.app.drawing import draw_bode, sketch_bode
 
     loop, band = page_source(request, home).assemble().loop, request.get("band")
     with warnings.catch_warnings():
@@ -162,7 +162,6 @@ def make_download(source: Source, kind: str, report: Report) -> Download:
 def download_run(source: Source, kind: str, folder: Path, report: Report) -> Download:
     """The trajectory, or a picture of it."""
     from hydroservo.findings import plot
-    from hydroservo.runs.results import save
 
     file = folder / f"run.{kind}"
     run = simulate(source.assemble().loop, progress=lambda done: report(0.8 * done, "simulating"))

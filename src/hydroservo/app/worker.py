@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from hydroservo.app.form import Stopped, failure_at_field
 from hydroservo.app.source import Home
 from hydroservo.core.command_scale import commands_in
+from hydroservo.scenario import load_plugin
 from hydroservo.work.execution import begin_worker, single_threaded_children
 
 PATIENCE = 1.5  # s, more than GRACE, in which the last job of the same page ends
@@ -116,7 +117,6 @@ def run_worker(pipe: Any, home: Home) -> None:
     """Do what comes through a pipe until it is closed: the life of the process."""
     begin_worker(home.folder)
     from hydroservo.app.jobs import JOBS
-    from hydroservo.scenario import load_plugin
 
     for plugin in home.plugins:
         load_plugin(plugin)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.frame import PICTURE_ENDINGS, CommandOutput, Written, with_output
-from hydroservo.cli.messages import warn_of_sizes
+from hydroservo.cli.interrupts import acknowledge_interrupt
+from hydroservo.cli.messages import Report, log_kernels, progress_with_rate, warn_of_sizes
 from hydroservo.cli.options import (
     Changes,
     Plugins,
@@ -22,6 +23,8 @@ from hydroservo.cli.options import (
     replay_command,
     vary_option,
 )
+from hydroservo.core.errors import HydroservoError, ParameterError, require
+from hydroservo.core.nearest import one_of
 from hydroservo.core.outputs import OutputError, keep_elsewhere, staged, write_text
 from hydroservo.runs.results import FORMATS, ResultFormat, save
 from hydroservo.show.journal import NO_JOURNAL, Journal
@@ -29,7 +32,6 @@ from hydroservo.show.journal import NO_JOURNAL, Journal
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydroservo.cli.messages import Report
     from hydroservo.control.loop import Loop
     from hydroservo.scenario.stored_batch import SampledBatch, Workers
     from hydroservo.show import Finding
@@ -121,8 +123,6 @@ def batch_command(
     - `hydroservo batch paper/sine-pi --runs 1000000 --vary plant.mass=4..8kg --out runs
       --scheduler tcp://head:8786`
     """
-    from hydroservo.cli.messages import log_kernels
-    from hydroservo.core.errors import HydroservoError, require
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.load import assemble
     from hydroservo.scenario.parameter_draws import variations
@@ -139,7 +139,7 @@ def batch_command(
     sampled = SampledBatch(assembly, variations(assembly, parse_ranges(ranges)), seed, seeds, strict, cuda)
     size = announce_table_size(scenario, sampled, runs, output)
 
-    def ask(report: "Report") -> "xr.Dataset":
+    def ask(report: Report) -> "xr.Dataset":
         start = time.monotonic()
         with log_kernels(verbose):
             if output.folder is None:
@@ -195,10 +195,9 @@ def command_of_remarkable_run(
 
 
 def compute_in_memory(
-    sampled: "SampledBatch", runs: int, threads: int | None, report: "Report"
+    sampled: "SampledBatch", runs: int, threads: int | None, report: Report
 ) -> "xr.Dataset":
     """The table of a batch."""
-    from hydroservo.cli.messages import progress_with_rate
     from hydroservo.runs.batch import simulate_batch
     from hydroservo.scenario.stored_batch import table_of_runs
 
@@ -215,11 +214,9 @@ def compute_in_memory(
 
 
 def compute_in_folder(
-    sampled: "SampledBatch", runs: int, folder: Path, workers: "Workers", report: "Report"
+    sampled: "SampledBatch", runs: int, folder: Path, workers: "Workers", report: Report
 ) -> "tuple[xr.Dataset, int]":
     """The table of a batch in a folder, and how many of its runs were computed now."""
-    from hydroservo.cli.interrupts import acknowledge_interrupt
-    from hydroservo.cli.messages import progress_with_rate
     from hydroservo.scenario.stored_batch import MANIFEST, simulate_in_parts
 
     def say(line: str) -> None:
@@ -238,7 +235,6 @@ def compute_in_folder(
 
 def check_workers(workers: int | None, scheduler: str | None, folder: Path | None, cuda: bool) -> None:
     """Refuse workers without a folder, those of two places, and a device that this machine has not."""
-    from hydroservo.core.errors import HydroservoError
     from hydroservo.engine.cuda_driver import device
 
     if folder is None and (workers or scheduler):
@@ -276,8 +272,6 @@ def estimate_columns(sampled: "SampledBatch") -> int:
 def chosen_metric(loop: "Loop", metric: str | None, scenario: str) -> str:
     """The metric that is asked for; of a loop without the usual one, another, with a line that says so."""
     from hydroservo.control.metrics import declared_metrics, default_metric, flags_of, monitors_of
-    from hydroservo.core.errors import ParameterError
-    from hydroservo.core.nearest import one_of
     from hydroservo.runs.batch_finding import USUAL_METRIC
 
     watching = monitors_of(loop)

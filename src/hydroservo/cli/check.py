@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydroservo.cli.commands import USER_ERROR, say_error
+from hydroservo.cli.messages import progress_bar
 from hydroservo.cli.options import Json
+from hydroservo.core.errors import ScenarioError
+from hydroservo.core.outputs import temporary_folder
 
 if TYPE_CHECKING:
     from hydroservo.testing import Answer
@@ -32,7 +35,6 @@ def check_command(file: File, json: Json = False) -> None:
     - `hydroservo check my_controller.py`
     - `hydroservo check my_controller.py --json`
     """
-    from hydroservo.cli.messages import progress_bar
     from hydroservo.show.files import as_json
     from hydroservo.testing.contract import group_by_cause
 
@@ -68,7 +70,6 @@ def discard_hypothesis_notes() -> Iterator[None]:
     if NOTES in os.environ:
         yield
         return
-    from hydroservo.core.outputs import temporary_folder
 
     with temporary_folder() as folder:
         os.environ[NOTES] = str(folder)
@@ -80,7 +81,6 @@ def discard_hypothesis_notes() -> Iterator[None]:
 
 def blocks_in(file: Path) -> Sequence[type]:
     """The classes of a file that say a role or have the methods of one."""
-    from hydroservo.core.errors import ScenarioError
     from hydroservo.scenario import load_plugin
     from hydroservo.scenario.registry import plugin_other_classes
     from hydroservo.scenario.role_checks import possible_roles

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from hydroservo.cli.messages import progress_bar
 from hydroservo.cli.options import WHERE, Changes, Json, Plugins, Scenario, file_at, folder_at, load_loop
-from hydroservo.export.compilers import Platform, machine_name
+from hydroservo.core.formatting import counted
+from hydroservo.export.compilers import Platform, machine_name, platforms_named
 from hydroservo.export.unit import FmiVersion, Part, Precision
 
 if TYPE_CHECKING:
@@ -195,7 +197,6 @@ def export_fmu_command(
     - `hydroservo export fmu rig/1khz-tsmc-sine --fmi 3 --clocked --out controller.fmu`
     - `hydroservo export fmu paper/sine-pi --platform x86_64-linux --platform x86_64-windows --out pi.fmu`
     """
-    from hydroservo.export.compilers import platforms_named
     from hydroservo.export.products import export_fmu, proof_line
     from hydroservo.show.files import as_json
 
@@ -234,7 +235,6 @@ def export_ssp_command(
 
     - `hydroservo export ssp rig/1khz-tsmc-sine --out loop.ssp`
     """
-    from hydroservo.export.compilers import platforms_named
     from hydroservo.export.products import export_ssp, proof_line
     from hydroservo.show.files import as_json
 
@@ -261,8 +261,6 @@ def export_loop(
     **options: Any,
 ) -> Any:
     """What a function of ``export`` returns for a scenario's loop."""
-    from hydroservo.cli.messages import progress_bar
-
     loop = load_loop(scenario, changes, plugins)
     with progress_bar("translating") as report:
         return export(loop, out, name=scenario_title(scenario), progress=report, **options)
@@ -270,7 +268,6 @@ def export_loop(
 
 def fmu_summary(unit: "CModule", version: FmiVersion, clocked: bool) -> str:
     """What an FMU has, and how it is used."""
-    from hydroservo.core.formatting import counted
     from hydroservo.export.fmu import variables_of
 
     kinds = Counter(one.causality for one in variables_of(unit))

@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 
 import typer
 
-from hydroservo.cli.messages import say_warning
+from hydroservo.cli.messages import Report, progress_bar, say_warning
 from hydroservo.cli.options import WHERE, DecimalComma, FigureFormat, FigureSize, Json, folder_at, is_folder
 from hydroservo.core.errors import HydroservoError, ParameterError
 from hydroservo.core.outputs import OutputError, check_outputs, existing_folder, written_or_kept
-from hydroservo.show.files import METRICS, as_json
+from hydroservo.show.files import METRICS, REPORT, as_json, origin_in, write_finding
 from hydroservo.show.journal import NO_JOURNAL, Journal, journal_of
 
 if TYPE_CHECKING:
-    from hydroservo.cli.messages import Report
     from hydroservo.show import Finding
 
 LOOKS = ("decimal_comma", "figure_format", "figure_size")  # of the files alone
@@ -128,8 +127,6 @@ class CommandOutput(NamedTuple):
 
         Its largest file takes about ``size`` bytes; ``others`` are files that ``compute`` or ``write_more``
         writes besides."""
-        from hydroservo.cli.messages import progress_bar
-        from hydroservo.show.files import REPORT
 
         folder = self.file.parent if self.file else self.folder
         known = [self.file] if self.file else [folder / METRICS, folder / REPORT] if folder else []
@@ -164,8 +161,6 @@ class CommandOutput(NamedTuple):
 
     def write(self, place: Path, finding: "Finding") -> list[Path]:
         """Write the report of a finding into a folder, or the one file that is wanted of it."""
-        from hydroservo.show.files import origin_in, write_finding
-
         if self.file is None:
             return write_finding(place, finding, repeat_command(self.context), self.journal)
         file, ending = place / self.file.name, self.file.suffix.lower()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.frame import PICTURE_ENDINGS, CommandOutput, with_output
+from hydroservo.cli.messages import Report, log_kernels
 from hydroservo.cli.options import (
     Changes,
     LogScenario,
@@ -22,9 +23,10 @@ from hydroservo.cli.options import (
     parse_ranges,
     vary_option,
 )
+from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError
+from hydroservo.core.outputs import write_text
 
 if TYPE_CHECKING:
-    from hydroservo.cli.messages import Report
     from hydroservo.identification import Identified
     from hydroservo.identification.finding import FurtherAnswers
     from hydroservo.scenario.tables import TableEntry
@@ -134,9 +136,6 @@ def identify_command(
     - `hydroservo identify my.toml bench.csv --vary plant.mass=-50%..+100% --propose next.csv --limit
       position=20..80mm`
     """
-    from hydroservo.cli.messages import log_kernels
-    from hydroservo.core.errors import HydroservoError
-    from hydroservo.core.outputs import write_text
     from hydroservo.identification import compare
     from hydroservo.identification.finding import FurtherAnswers, identified_finding, typed_units
     from hydroservo.identification.identify import identify_entries
@@ -149,12 +148,12 @@ def identify_command(
     count = checked_count(threads, "--threads")
     shared = settings_of_other(against, sought, overrides, plugins) if against is not None else ({}, {})
 
-    def fit(name: str, ranges: "Ranges", changes: "Changed", report: "Report") -> "Identified":
+    def fit(name: str, ranges: "Ranges", changes: "Changed", report: Report) -> "Identified":
         return identify_entries(
             name, logs, ranges, changes, plugins, seed, memory, count, lambda done: report(done, name)
         )
 
-    def ask(report: "Report") -> "tuple[Identified, FurtherAnswers]":
+    def ask(report: Report) -> "tuple[Identified, FurtherAnswers]":
         first = fit(scenario, sought, overrides, report)
         further = FurtherAnswers(typed=typed_units(first, sought))
         try:  # whatever goes wrong here must not cost what the logs tell
@@ -182,7 +181,6 @@ def identify_command(
 
 def parse_horizon(form: ComparisonForm, text: str | None) -> float | None:
     """The time in which predictions forget; None for a simulation."""
-    from hydroservo.core.errors import ParameterError
     from hydroservo.identification.prediction import USUAL
 
     if form == ComparisonForm.SIMULATION:
@@ -195,7 +193,6 @@ def parse_horizon(form: ComparisonForm, text: str | None) -> float | None:
 
 def parse_limits(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[float, float]]:
     """The limits of a proposal by signal, in SI units."""
-    from hydroservo.core.errors import ParameterError, ScenarioError
     from hydroservo.core.nearest import one_of
     from hydroservo.identification.log import COMMAND, OUTPUTS, SIGNALS
     from hydroservo.scenario.ranges import both_ends
@@ -298,7 +295,6 @@ def log_command(
     - `hydroservo log bench.csv`
     - `hydroservo log bench.csv --scenario my.toml --out bench.png`
     """
-    from hydroservo.core.errors import ParameterError
     from hydroservo.identification.finding import log_finding
     from hydroservo.identification.log import TIME, read_log
     from hydroservo.identification.segments import understand_log

@@ -15,6 +15,7 @@ from hydroservo.cli.commands import ListingGroup
 from hydroservo.cli.options import WHERE, Json, Plugins, file_at, scenarios_like, studies_like, types_like
 from hydroservo.core.builtin import titles
 from hydroservo.core.field import CONTROLLED
+from hydroservo.core.outputs import write_text
 from hydroservo.show.terminal import show
 
 if TYPE_CHECKING:
@@ -83,7 +84,8 @@ def show_study_source(
 def print_toml(text: str) -> None:
     """TOML in colour on a terminal, and as it is elsewhere."""
     if sys.stdout.isatty():
-        show_toml(text)
+        highlighted = Syntax("", "toml", background_color="default").highlight(text)
+        Console().print(highlighted, soft_wrap=True, end="")
     else:
         typer.echo(text, nl=False)
 
@@ -145,7 +147,6 @@ def schema_command(
 
     - `hydroservo schema --out hydroservo.schema.json`
     """
-    from hydroservo.core.outputs import write_text
     from hydroservo.scenario.descriptions import scenario_schema
     from hydroservo.scenario.registry import load_plugin
     from hydroservo.show.files import as_json
@@ -185,9 +186,3 @@ def show_descriptions(found: "Sequence[Description]") -> None:
         table.caption = "\n".join(said)
         heading = f"[bold]{escape(about.name)}[/]: {', '.join(about.roles)}"
         show(heading, "", escape(about.text), "", table if about.keys else "It takes no keys.")
-
-
-def show_toml(text: str) -> None:
-    """A scenario with its syntax in colour, for a terminal."""
-    highlighted = Syntax("", "toml", background_color="default").highlight(text)
-    Console().print(highlighted, soft_wrap=True, end="")

@@ -12,7 +12,7 @@ import typer
 
 from hydroservo.cli.messages import say_warning, warn_of_sizes
 from hydroservo.core.builtin import titles
-from hydroservo.core.errors import HydroservoError, HydroservoWarning
+from hydroservo.core.errors import HydroservoError, HydroservoWarning, ParameterError, ScenarioError, short
 from hydroservo.show.journal import FIGURE_FORMATS, FigureWidth
 
 if TYPE_CHECKING:
@@ -173,7 +173,6 @@ def vary_option(help_text: str) -> Any:
 
 def parse_quantity(option: str, text: str | None, unit: str) -> float | None:
     """The number in an SI unit that an option says, with its unit or in SI; None where it is not given."""
-    from hydroservo.core.errors import ParameterError
     from hydroservo.scenario.quantities import si_value
 
     if text is None:
@@ -235,7 +234,6 @@ def check_one_place(workers: int | None, scheduler: str | None) -> None:
 
 def parse_ranges(texts: Sequence[str], option: str = VARY) -> "dict[str, TableEntry]":
     """The texts LOW..HIGH of ``--vary PATH=LOW..HIGH`` by path, each path once."""
-    from hydroservo.core.errors import ScenarioError, short
     from hydroservo.scenario.ranges import as_entries
     from hydroservo.scenario.scenario_files import PATH
 

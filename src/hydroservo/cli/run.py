@@ -9,14 +9,15 @@ import typer
 
 from hydroservo.cli.commands import errors_name_scenario
 from hydroservo.cli.frame import CommandOutput, with_output
+from hydroservo.cli.messages import Report, log_kernels
 from hydroservo.cli.options import Changes, Plugins, Scenario, Scenarios, Strict, Verbose, load_loop
 from hydroservo.core.errors import require
+from hydroservo.runs.arguments import check_one_signal
 from hydroservo.runs.results import ResultFormat
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydroservo.cli.messages import Report
     from hydroservo.control.loop import Loop
     from hydroservo.runs.trace import Trace
 
@@ -54,7 +55,6 @@ def run_command(
     - `hydroservo run my.toml --plugin my_controller.py --set simulation.duration='2 s' --json`
     - `hydroservo run paper/sine-tsmc --out results --figure-size one-column --figure-format pdf`
     """
-    from hydroservo.cli.messages import log_kernels
     from hydroservo.runs.kernels import Mode
     from hydroservo.runs.run import run_trace
     from hydroservo.runs.run_finding import run_finding
@@ -65,7 +65,7 @@ def run_command(
     size = trace_memory([(scenario, loop)]) if output.folder else 0
     mode = Mode(compiled=not interpreted, strict=strict)
 
-    def ask(report: "Report") -> "Trace":
+    def ask(report: Report) -> "Trace":
         with log_kernels(verbose), errors_name_scenario(scenario):
             record = None if output.folder else NOTHING
             return run_trace(loop, record, mode, progress=lambda fraction: report(fraction, scenario))
@@ -94,8 +94,6 @@ def compare_command(
     - `hydroservo compare paper/sine-pi paper/sine-backstepping paper/sine-tsmc`
     - `hydroservo compare paper/square-pi paper/square-tsmc --set load.amplitude=150N --out results`
     """
-    from hydroservo.cli.messages import log_kernels
-    from hydroservo.runs.arguments import check_one_signal
     from hydroservo.runs.comparison import comparison_finding
     from hydroservo.runs.run import simulate
 
@@ -103,7 +101,7 @@ def compare_command(
     check_one_signal("scenarios", [loop.controls.declared().meaning for loop in loops])
     size = trace_memory([*zip(scenarios, loops, strict=True)]) if output.folder else 0
 
-    def ask(report: "Report") -> "list[xr.Dataset]":
+    def ask(report: Report) -> "list[xr.Dataset]":
         runs = []
         with log_kernels(verbose):
             for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
@@ -131,7 +129,7 @@ def trace_memory(loops: "Sequence[tuple[str, Loop]]") -> int:
     return size
 
 
-def progress_of_part(report: "Report", i: int, count: int, what: str) -> Callable[[float], None]:
+def progress_of_part(report: Report, i: int, count: int, what: str) -> Callable[[float], None]:
     """Reports the progress of one of several runs as that of the whole."""
     return lambda fraction: report((i + fraction) / count, what)
 

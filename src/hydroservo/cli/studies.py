@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from hydroservo.cli.interrupts import acknowledge_interrupt
+from hydroservo.cli.messages import progress_bar, say_warning
 from hydroservo.cli.options import (
     WHERE,
     DecimalComma,
@@ -16,6 +18,7 @@ from hydroservo.cli.options import (
     list_option,
     studies_like,
 )
+from hydroservo.show.journal import journal_of
 
 
 def study_command(
@@ -80,11 +83,8 @@ def study_command(
     - `hydroservo study my-study.toml --out my-study --set search.candidates=512 --json`
     """
     from hydroservo.cli.frame import repeat_command, try_outputs
-    from hydroservo.cli.interrupts import acknowledge_interrupt
-    from hydroservo.cli.messages import progress_bar, say_warning
     from hydroservo.scenario import parse_override
     from hydroservo.show.files import as_json
-    from hydroservo.show.journal import journal_of
     from hydroservo.show.terminal import show_finding
     from hydroservo.studies.report.finding import study_finding
     from hydroservo.studies.report.folder import study_report_files, write_study_report
@@ -139,7 +139,6 @@ def paper_command(
     that opens in any browser, offline.
     """
     from hydroservo.cli.frame import try_outputs, write_or_keep
-    from hydroservo.cli.messages import progress_bar
     from hydroservo.papers.tsmc_eha_2021.report.folder import paper_report_files, write_paper_report
     from hydroservo.papers.tsmc_eha_2021.report.tables import verdict_table
     from hydroservo.papers.tsmc_eha_2021.study import run_study

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.frame import CommandOutput, typed_command, with_output
+from hydroservo.cli.interrupts import INTERRUPTED, acknowledge_interrupt
+from hydroservo.cli.messages import Report, log_kernels
 from hydroservo.cli.options import (
     VARY,
     Changes,
@@ -22,9 +24,11 @@ from hydroservo.cli.options import (
     replay_command,
     vary_option,
 )
+from hydroservo.core.errors import HydroservoError, ParameterError
+from hydroservo.core.formatting import quantity
+from hydroservo.core.outputs import write_text
 
 if TYPE_CHECKING:
-    from hydroservo.cli.messages import Report
     from hydroservo.runs.tuned import Tuned
     from hydroservo.runs.tuning import SearchProgress
     from hydroservo.scenario.tuning_task import TuningTask
@@ -169,8 +173,6 @@ def tune_command(
     - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
       controller.proportional_gain=-50%..+100%`
     """
-    from hydroservo.cli.interrupts import INTERRUPTED, acknowledge_interrupt
-    from hydroservo.cli.messages import log_kernels
     from hydroservo.runs.objective import metric_field
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.tuning import best_values, without_none
@@ -189,7 +191,7 @@ def tune_command(
         )
     unit = metric_field(task.aim.loops, task.aim.metric).unit
 
-    def ask(report: "Report") -> "Tuned":
+    def ask(report: Report) -> "Tuned":
         with log_kernels(verbose):
             progress = progress_with_best(report, unit, task)
             return best_values(
@@ -208,7 +210,6 @@ def describe_tuned(
     tuned: "Tuned",
 ) -> "Finding":
     """What a search says, with the command that runs the best values, and their file."""
-    from hydroservo.core.outputs import write_text
     from hydroservo.runs.tuned import tuned_finding
     from hydroservo.scenario.tuning import as_toml, comments_of
 
@@ -230,8 +231,6 @@ def parse_numbers(text: str) -> list[float]:
 @contextmanager
 def errors_name_options(options: Mapping[str, object]) -> Iterator[None]:
     """Errors about what options say name the option, and what was typed."""
-    from hydroservo.core.errors import HydroservoError, ParameterError
-
     try:
         yield
     except ParameterError as error:
@@ -247,10 +246,8 @@ def errors_name_options(options: Mapping[str, object]) -> Iterator[None]:
         raise ParameterError(option, options[error.path], f"{allowed}{semicolon}{count}") from None
 
 
-def progress_with_best(report: "Report", unit: str, task: "TuningTask") -> "SearchProgress":
+def progress_with_best(report: Report, unit: str, task: "TuningTask") -> "SearchProgress":
     """Reports how many candidates are done, and the best so far."""
-    from hydroservo.core.formatting import quantity
-
     candidates, none = task.candidates, "none within bounds yet" if task.bounds else "best diverged"
 
     def progress(fraction: float, best: float) -> None:

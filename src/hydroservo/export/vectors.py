@@ -66,7 +66,7 @@ def make_vectors(loop: Loop, part: Part, unit: CModule) -> Vectors:
     loop = runnable_loop(loop) if part is Part.DEMAND else with_its_substeps(runnable_loop(loop))
     inputs, made = closed_loop_inputs(loop, part)
     if part is Part.CONTROLLER and unit.real == "double":
-        reading = lost_reading(unit)
+        reading = next((place for place in unit.places("measurement") if place != "command"), "velocity")
         inputs += bad_inputs(inputs, reading)
         made += (
             f" Then a sample whose {reading.replace('_', ' ')} is not a number, {RECOVERY} good ones, one "
@@ -138,11 +138,6 @@ def stretch_numbers(samples: int) -> Iterator[int]:
         return
     for start in np.linspace(0, samples - IN_A_ROW, STRETCHES).round():
         yield from range(int(start), int(start) + IN_A_ROW)
-
-
-def lost_reading(unit: CModule) -> str:
-    """The first reading that a controller takes; the velocity where it takes none."""
-    return next((place for place in unit.places("measurement") if place != "command"), "velocity")
 
 
 def bad_inputs(good: Sequence[Records], reading: str) -> list[Records]:

@@ -105,7 +105,7 @@ def drawn_by_latex(fig: Figure) -> Iterator[None]:
             return usual.get_text_width_height_descent(self, shown, prop, ismath)  # type: ignore[no-untyped-call]
 
     fig.draw_without_rendering()  # ticks are there only then
-    measured = [one for one in fig.findobj(Text) if by_its_size(one)]
+    measured = [one for one in fig.findobj(Text) if one.get_verticalalignment() == MEASURED]
     for one in measured:
         one.set_verticalalignment("center")
     backend_pgf.RendererPgf = Renderer  # type: ignore[misc]
@@ -115,11 +115,6 @@ def drawn_by_latex(fig: Figure) -> Iterator[None]:
         backend_pgf.RendererPgf = usual  # type: ignore[misc]
         for one in measured:
             one.set_verticalalignment(MEASURED)
-
-
-def by_its_size(text: Any) -> bool:
-    """Whether a text is placed by its measured size and not by its anchor."""
-    return bool(text.get_verticalalignment() == MEASURED)
 
 
 @contextmanager

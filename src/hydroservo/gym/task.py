@@ -112,7 +112,9 @@ class Task:
         loop, self.count = assembly.loop, count
         self.limit = command_limits(loop).limit
         self.runs = SteppedRuns(loop, draw_parameter_sets(assembly, vary, draws), count, threads=threads)
-        self.signals = observed_signals(self.runs.loop)
+        lacking = missing_signals(self.runs.loop.sensors)
+        measured = [f"controller.measured.{name}" for name in Measurement._fields if name not in lacking]
+        self.signals = measured + [f"reference.{name}" for name in Demand._fields]
         self.scales, self.error_scale = signal_sizes(loop, self.signals)
         self.stroke = float(getattr(self.runs.loop.plant, "stroke", np.inf))
         self.actions = np.zeros(count)
@@ -176,13 +178,6 @@ class Task:
         """Which pistons are beyond an end of their stroke."""
         position = self.runs["plant.position"]
         return (position < 0.0) | (position > self.stroke)
-
-
-def observed_signals(loop: Loop) -> list[str]:
-    """The paths of what an agent observes: what the sensors measure, and the demand with its rates."""
-    lacking = missing_signals(loop.sensors)
-    measured = [f"controller.measured.{name}" for name in Measurement._fields if name not in lacking]
-    return measured + [f"reference.{name}" for name in Demand._fields]
 
 
 class SignalSizes(NamedTuple):

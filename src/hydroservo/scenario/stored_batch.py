@@ -31,6 +31,7 @@ from hydroservo.scenario.build import ConstructorArgument
 from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.parameter_draws import Columns, Drawn, Variation, check_size, draw_runs, drawn_ranges
 from hydroservo.show.files import as_json
+from hydroservo.work.cores import checked_count
 from hydroservo.work.execution import do_units
 from hydroservo.work.store import PARTS, UnitStore, manifest_in
 from hydroservo.work.unit import Say, WorkUnit, unit_address
@@ -171,7 +172,6 @@ def work_units(sampled: SampledBatch, runs: int, size: int, workers: Workers) ->
 
 def simulate_stored_part(sampled: SampledBatch, first: int, runs: int, threads: int | None) -> "pa.Table":
     """The table of some runs of a batch."""
-    from hydroservo.work.cores import checked_count
 
     drawn = sampled.drawn(first, runs)
     how = BatchOptions(sampled.strict, checked_count(threads, "threads"), sampled.cuda)
@@ -269,7 +269,7 @@ def table_on_disk(
         field.name: xr.Variable(
             (index,),
             indexing.LazilyIndexedArray(StoredColumn(store, keys, field.name, rows, numpy_kind(field.type))),
-            decode_metadata(field.metadata),
+            {name.decode(): text.decode() for name, text in (field.metadata or {}).items()},
         )
         for field in schema
         if field.name != index
@@ -302,7 +302,3 @@ def numpy_kind(arrow: Any) -> "np.dtype[Any]":
     """Which numpy type a column of Arrow is read as."""
     kind: np.dtype[Any] = np.dtype(arrow.to_pandas_dtype())
     return kind
-
-
-def decode_metadata(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
-    return {name.decode(): text.decode() for name, text in (metadata or {}).items()}

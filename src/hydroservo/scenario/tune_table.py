@@ -151,7 +151,9 @@ def checked_part(name: str, value: object, count: int, loops: Sequence[Loop]) ->
     if name in LIMITS:
         return checked_limit(name, value)
     if name == "bounded":
-        return checked_switch(name, value)
+        if not isinstance(value, bool):
+            raise ParameterError(name, value, "must be true or false")
+        return value
     return checked_effort(value) if name == "effort" else checked_whole(name, value)
 
 
@@ -187,10 +189,3 @@ def factor_of(text: str) -> float:
     if not unit or rest.strip():
         raise ValueError
     return float(10.0 ** (float(digits) / 20.0))
-
-
-def checked_switch(name: str, value: object) -> bool:
-    """True or false."""
-    if not isinstance(value, bool):
-        raise ParameterError(name, value, "must be true or false")
-    return value

@@ -138,7 +138,7 @@ def read_study(source: str | Path, changes: Mapping[str, object] | None = None) 
     return StudySpec(
         text_at(top, "title", origin.name),
         machine_of(top),
-        plugins_of(top),
+        [top.entry("plugins").origin.folder / one for one in texts_at(top, "plugins")],
         changes_in(top, "set"),
         text_at(top, "metric", "rms_error"),
         reference,
@@ -182,11 +182,6 @@ def machine_of(top: LayeredTable) -> str | Path:
             "has a [controller]; it must be a scenario without, as laws are in [laws]"
         )
     return found
-
-
-def plugins_of(top: LayeredTable) -> list[Path]:
-    """The files with blocks of one's own, by their paths from the folder of the file that names them."""
-    return [top.entry("plugins").origin.folder / one for one in texts_at(top, "plugins")]
 
 
 def laws_in_file(top: LayeredTable, observers: Sequence[str]) -> Iterator[LawSpec]:

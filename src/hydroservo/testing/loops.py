@@ -91,7 +91,7 @@ def block_places() -> Iterator[BlockPlace]:
         if not is_block(here):
             continue
         yield BlockPlace(loop, path, kind)
-        others = classes_in_role(kind) if kind in ROLES else []
+        others = [cls for cls in shipped_classes() if kind in declared_roles(cls)] if kind in ROLES else []
         for cls in dict.fromkeys([type(here), *others]):
             if cls not in seen:
                 seen.add(cls)
@@ -105,11 +105,6 @@ def watched_loop() -> Loop:
     return example(
         Loop, plant=example(Cylinder), controller=example(TSMC), metrics=group({"asked": TrackingError()})
     )
-
-
-def classes_in_role(role: type) -> list[type]:
-    """The blocks that hydroservo has for a role."""
-    return [cls for cls in shipped_classes() if role in declared_roles(cls)]
 
 
 def kind_at(loop: Loop, path: str) -> Any:

@@ -142,7 +142,9 @@ def sampled_variables(unit: CModule) -> Iterator[FmiVariable]:
         for one in argument.signals:
             yield fmu_variable(one, VariableKind.INPUT, argument.name)
     for one in unit.states:
-        yield fmu_variable(one, state_kind(unit, one), "state")
+        yield fmu_variable(
+            one, VariableKind.LOCAL if unit.command and one.place != "u" else VariableKind.OUTPUT, "state"
+        )
 
 
 def continuous_variables(unit: CModule) -> Iterator[FmiVariable]:
@@ -172,11 +174,6 @@ def parameter_kind(signal: Signal) -> VariableKind:
     if signal.place == PERIOD:
         return VariableKind.CONSTANT
     return VariableKind.FIXED if signal.fixed else VariableKind.TUNABLE
-
-
-def state_kind(unit: CModule, signal: Signal) -> VariableKind:
-    """A controller's output is its command; of other units each number of the state is one."""
-    return VariableKind.LOCAL if unit.command and signal.place != "u" else VariableKind.OUTPUT
 
 
 PARAMETERS = (VariableKind.FIXED, VariableKind.TUNABLE)

@@ -180,11 +180,6 @@ def run_metric(run: RunOutcome, name: str) -> float:
     return run.metrics[name] if is_stable(run) else math.inf
 
 
-def settled_size(run: RunOutcome, name: str) -> float:
-    """The largest size of a signal once settled; infinite where the run diverged."""
-    return run.settled[name] if is_stable(run) else math.inf
-
-
 def tracking_judgement(results: Results, controllers: tuple[str, ...]) -> Judgement:
     name = "steady_rms_error"
     return worst_judgement(
@@ -221,7 +216,7 @@ def estimate_judgement(results: Results, i: int) -> Judgement:
 def convergence_judgement(results: Results, limits: Mapping[str, float]) -> Judgement:
     """The settled sizes named, each against its limit."""
     return worst_judgement(
-        Judgement(demand, "tsmc", name, settled_size(run, name), limit)
+        Judgement(demand, "tsmc", name, run.settled[name] if is_stable(run) else math.inf, limit)
         for demand, run in runs_of_tsmc(results)
         for name, limit in limits.items()
     )

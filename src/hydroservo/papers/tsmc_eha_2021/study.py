@@ -74,7 +74,7 @@ def run_study(progress: PaperProgress | None = None) -> PaperStudy:
                 trajectories[f"{run.demand}-{run.controller}"] = data
             del future, data  # or the last trajectory of each kind would stay in memory
             if progress is not None:
-                progress(done, len(runs), run_label(run))
+                progress(done, len(runs), f"{run.demand}, {run.controller}, {run.valve} valve, {run.period}")
     finally:
         stop.set()
         pool.shutdown(cancel_futures=True)
@@ -104,10 +104,6 @@ def loop_of(run: PaperRun) -> Loop:
     """The loop that a run simulates."""
     loop = load_scenario(run.scenario(), run.changes())
     return printed(loop) if run.reading == "as printed" else loop
-
-
-def run_label(run: PaperRun) -> str:
-    return f"{run.demand}, {run.controller}, {run.valve} valve, {run.period}"
 
 
 def metrics_frame(outcomes: dict[PaperRun, RunOutcome]) -> "pd.DataFrame":

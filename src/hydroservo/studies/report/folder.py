@@ -242,7 +242,9 @@ def write_study_report(
     """
     found = study_view(manifest, verdicts)
     asked = {key: value for key, value in manifest.items() if key not in VERSIONS}
-    fingerprint = fingerprint_of({"manifest": asked, "verdicts": verdicts.as_dict()})
+    fingerprint = hashlib.sha256(
+        json.dumps({"manifest": asked, "verdicts": verdicts.as_dict()}, sort_keys=True).encode()
+    ).hexdigest()[:12]
     drawn = study_pictures(found)
     again = repeat_commands(table, found, conditions_in(folder))
     levels = {level: law_tables(found._replace(level=level)) for level in verdicts.levels}
@@ -268,8 +270,3 @@ def write_study_report(
 def study_report_files(folder: Path) -> list[Path]:
     """What :func:`write_study_report` writes beside pictures and tables."""
     return [folder / name for name in (VERDICTS, REPORT, METRICS)]
-
-
-def fingerprint_of(content: Mapping[str, Any]) -> str:
-    """The first digits of the SHA-256 of what was asked and found."""
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:12]

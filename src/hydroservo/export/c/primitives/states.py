@@ -44,17 +44,12 @@ static {pair} {name}(double seed, double stream, double at) {{
 """
 
 
-def known_of(kind: Type) -> int:
-    """A whole number that is part of the code."""
-    if not (isinstance(kind, Known) and isinstance(kind.value, int)):
-        raise TranslationError("the kind of a random number is part of the code, not a signal")
-    return kind.value
-
-
 def drawn_in_c(translator: Translator, arguments: Sequence[Type]) -> Function:
     """``ops.random.drawn`` for one kind of numbers."""
     *numbers, last = arguments
-    kind = known_of(last)
+    if not (isinstance(last, Known) and isinstance(last.value, int)):
+        raise TranslationError("the kind of a random number is part of the code, not a signal")
+    kind = last.value
     pair = translator.record(None, {"first": REAL, "second": REAL}, "pair")
     name = translator.function_name("ops_drawn")
 
