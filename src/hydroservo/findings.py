@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from hydroservo.control.metrics import default_metric
 from hydroservo.core.block import is_block
-from hydroservo.core.errors import ParameterError
-from hydroservo.core.nearest import one_of
+from hydroservo.core.errors import ParameterError, one_of
 from hydroservo.runs.arguments import checked_runs, is_result
 from hydroservo.runs.results import metric_fields
 

@@ -12,9 +12,9 @@ from hydroservo import Loop, LoopError, ParameterError, Simulation
 from hydroservo.control.controllers import PI, TSMC, Backstepping
 from hydroservo.core.block import Block
 from hydroservo.engine import cuda, cuda_driver, flat
+from hydroservo.engine.cuda import GOING, NAME, THREADS, ptx
 from hydroservo.engine.cuda_driver import DeviceKernel, DeviceMemory
 from hydroservo.engine.native import CompileError, MachineCode
-from hydroservo.engine.ptx import GOING, NAME, THREADS, ptx
 from hydroservo.runs import batch
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.fitting import first_state

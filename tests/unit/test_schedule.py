@@ -5,8 +5,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from hydroservo.engine.machine_code import parse_module
-from hydroservo.engine.schedule import schedule
+from hydroservo.engine.machine_code import parse_module, schedule
 
 HEAD = """\
 define double @f(ptr %0, double %x) {
@@ -29,7 +28,7 @@ def body_of(text: str) -> list[str]:
 
 
 def test_the_longest_way_to_the_end_comes_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hydroservo.engine.schedule.LONG", 2)
+    monkeypatch.setattr("hydroservo.engine.machine_code.LONG", 2)
     body = [
         "%a = fadd double %x, 1.0",
         "%b = fdiv double %first.pre-phi, 3.0",
@@ -42,7 +41,7 @@ def test_the_longest_way_to_the_end_comes_first(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_reads_and_writes_of_memory_keep_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hydroservo.engine.schedule.LONG", 2)
+    monkeypatch.setattr("hydroservo.engine.machine_code.LONG", 2)
     rng = np.random.default_rng(5)
     for _ in range(50):
         body = ["%last = fadd double %x, 1.0"]

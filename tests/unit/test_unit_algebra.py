@@ -3,7 +3,7 @@
 import pytest
 
 from hydroservo import Field
-from hydroservo.core.unit_algebra import exchanged
+from hydroservo.core.field import exchanged
 from hydroservo.scenario.units import factor_and_dimension
 
 

@@ -23,8 +23,7 @@ from hydroservo.cli.options import (
     replay_command,
     vary_option,
 )
-from hydroservo.core.errors import HydroservoError, ParameterError, require
-from hydroservo.core.nearest import one_of
+from hydroservo.core.errors import HydroservoError, ParameterError, one_of, require
 from hydroservo.core.outputs import OutputError, keep_elsewhere, staged, write_text
 from hydroservo.runs.results import FORMATS, ResultFormat, save
 from hydroservo.show.journal import NO_JOURNAL, Journal

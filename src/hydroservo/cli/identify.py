@@ -193,7 +193,7 @@ def parse_horizon(form: ComparisonForm, text: str | None) -> float | None:
 
 def parse_limits(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[float, float]]:
     """The limits of a proposal by signal, in SI units."""
-    from hydroservo.core.nearest import one_of
+    from hydroservo.core.errors import one_of
     from hydroservo.identification.log import COMMAND, OUTPUTS, SIGNALS
     from hydroservo.scenario.ranges import both_ends
 

@@ -15,10 +15,9 @@ The role that a block plays is one of :mod:`hydroservo.core.roles`; what it may 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from hydroservo.core.errors import ParameterError
+from hydroservo.core.errors import ParameterError, nearest
 from hydroservo.core.field import Field as Field
 from hydroservo.core.field import declared_fields as declared_fields
-from hydroservo.core.nearest import nearest
 from hydroservo.core.roles import Block as Block
 
 

@@ -8,8 +8,7 @@ from fractions import Fraction
 from functools import cache
 from typing import Annotated, NamedTuple
 
-from hydroservo.core.field import Field
-from hydroservo.core.unit_algebra import power_in
+from hydroservo.core.field import Field, power_in
 
 DEFINITION = "a definition"
 FULL = 10  # V, what the converter puts out at most

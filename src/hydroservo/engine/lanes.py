@@ -6,6 +6,7 @@ written for lanes; all else is the text that single runs use, so that a lane of 
 single run's bits. Other machine code differs in the last digits: lanes divide by reciprocals that stay.
 """
 
+import ctypes
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from hydroservo.core.block import Block, leaves
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import Recording, RunSpec, mover
-from hydroservo.engine.native import MachineCode, Native, native_kernel
+from hydroservo.engine.native import MachineCode, Native, RunError, c_argument, native_kernel
 from hydroservo.engine.recipe import KernelKey
 from hydroservo.engine.watch import MonitorGroups, is_silent, listener
 
@@ -278,3 +279,48 @@ def varier(block: Block, varied: tuple[str, ...], place: flat.Place) -> Callable
         return f"int({number})" if isinstance(value, int) else number
 
     return flat.constructor("vary(block, memory, lane)", block, text)
+
+
+def monitor_traces(
+    kernel: CompiledLanes,
+    parameters: Mapping[str, NDArray[np.float64]],
+    samples: int,
+    dt: float,
+    after: Callable[[int, NDArray[np.float64]], None] | None = None,
+) -> NDArray[np.float64]:
+    """What the monitors that hear samples hold after each sample, shape (samples, numbers, LANES).
+
+    Lanes beyond the runs given repeat the last of these; a lane whose state was lost is nan throughout.
+
+    Args:
+        kernel: of a study of so many samples.
+        parameters: arrays of shape (runs,), of at most LANES runs, by path.
+        samples: of each run.
+        dt: between them [s].
+        after: called with the number of each sample once the machine has moved on from it, and the memory of
+            the lanes, in which it may change states and parameters.
+    """
+    group, layout = LaneGroup(kernel, parameters), kernel.layout
+    held, alive = group.memory[layout.sums : layout.step_sums], group.memory[layout.alive]
+    advance = bind_arrays(kernel.call, kernel.constants, kernel.tables, group.memory)
+    out = np.empty((samples, *held.shape))
+    for k in range(samples):
+        advance(k, k + 1, dt)
+        out[k] = held
+        if after is not None:
+            after(k, group.memory)
+    out[:, :, alive == 0.0] = np.nan
+    return out
+
+
+def bind_arrays(call: Native, *arrays: NDArray[Any]) -> Callable[[int, int, float], None]:
+    """A kernel whose arrays stay where they are: what it takes besides is quick to give."""
+    result = ctypes.c_int64()
+    places = (ctypes.byref(result), *map(c_argument, arrays))
+    function, whole, real = call.function, ctypes.c_int64, ctypes.c_double
+
+    def advance(first: int, last: int, dt: float) -> None:
+        if function(*places, whole(first), whole(last), real(dt)) != 0:
+            raise RunError("a block raised an exception, which compiled code cannot carry")
+
+    return advance

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from hydroservo.control.loop import Loop
-from hydroservo.core.errors import ParameterError
-from hydroservo.core.nearest import one_of
+from hydroservo.core.errors import ParameterError, one_of
 from hydroservo.core.outputs import check_outputs, written_or_kept
 from hydroservo.export.c.project import check_project, proven_vectors, write_c_project
 from hydroservo.export.fmu import PARTS, check_clock, check_tools, checked_ending, write_fmu, write_ssp

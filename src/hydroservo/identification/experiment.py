@@ -152,8 +152,7 @@ def predict_traces(
     (runs,); where a path has no column, the loop's own value holds. The result has shape (samples, signals,
     runs), the signals those of MachineOutputs, nan once a run is lost.
     """
-    from hydroservo.engine.lane_traces import monitor_traces
-    from hydroservo.engine.lanes import LANES
+    from hydroservo.engine.lanes import LANES, monitor_traces
 
     samples, period = one.segment.samples, one.segment.period
     size = next(iter(columns.values())).size

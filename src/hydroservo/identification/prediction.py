@@ -123,8 +123,7 @@ def linear_machine(
     problem: Problem, one: Experiment, number: int, x: Matrix, horizon: float
 ) -> LinearMachine:
     """The mean of the machine's slopes over a log, by differences in lanes beside each other."""
-    from hydroservo.engine.lane_traces import monitor_traces
-    from hydroservo.engine.lanes import LANES
+    from hydroservo.engine.lanes import LANES, monitor_traces
 
     kernel, started = kernel_for(one, columns_at(problem, x[np.newaxis], number))
     samples, period = one.segment.samples, one.segment.period

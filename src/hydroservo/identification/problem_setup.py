@@ -188,7 +188,7 @@ def with_unseen(one: Experiment) -> Experiment:
     A log that begins in motion, or goes on after a gap, begins with some velocity and some opening of its
     valve. States that stay where they are, or a machine that is lost, leave nothing to seek.
     """
-    from hydroservo.engine.lane_traces import monitor_traces
+    from hydroservo.engine.lanes import monitor_traces
 
     own = dict(leaves(one.loop))
     columns = {path: np.array([own[path]]) for path in one.varied if path in own}

@@ -18,8 +18,7 @@ from hydroservo.control.controllers.state_space import (
 )
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import leaves, values
-from hydroservo.core.errors import ParameterError, require
-from hydroservo.core.nearest import one_of
+from hydroservo.core.errors import ParameterError, one_of, require
 from hydroservo.linear.linearization import Linearization, Quantity
 from hydroservo.linear.linearize import linearization_at, seen_quantities
 from hydroservo.linear.operating_point import machine_point

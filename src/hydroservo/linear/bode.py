@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.control.loop import Loop
-from hydroservo.core.errors import ParameterError
+from hydroservo.core.errors import ParameterError, one_of
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.formatting import quantity
-from hydroservo.core.nearest import one_of
 from hydroservo.core.validation import checked_number, whole_number
 from hydroservo.linear.margins import Margins
 from hydroservo.linear.measurement import (

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.control.loop import Loop
-from hydroservo.core.errors import ParameterError
+from hydroservo.core.errors import ParameterError, one_of
 from hydroservo.core.field import Field
-from hydroservo.core.nearest import one_of
 from hydroservo.core.validation import checked_number
 from hydroservo.linear.finding import linearization_finding
 from hydroservo.linear.system import System, frequency_response

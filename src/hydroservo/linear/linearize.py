@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 
 from hydroservo.control.loop import AUTO, Loop, LoopState
 from hydroservo.core.block import Block, field_at, leaves, signal_of, state_field_at, values
-from hydroservo.core.errors import ParameterError
+from hydroservo.core.errors import ParameterError, one_of
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.hooks import smoothed
-from hydroservo.core.nearest import one_of
 from hydroservo.core.signals import Demand, MachineOutputs, Measurement
 from hydroservo.core.states import filled
 from hydroservo.core.validation import checked_number

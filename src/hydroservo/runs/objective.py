@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from hydroservo.control.loop import Loop
 from hydroservo.control.metrics import declared_metrics, judged_by, monitors_of
 from hydroservo.core.block import Block, field_at, value_at
-from hydroservo.core.errors import ParameterError
+from hydroservo.core.errors import ParameterError, one_of
 from hydroservo.core.field import Field
-from hydroservo.core.nearest import one_of
 from hydroservo.core.validation import checked, whole_number, within
 from hydroservo.runs.arguments import check_one_signal
 from hydroservo.runs.batch import simulate_batch

@@ -7,10 +7,9 @@ from typing import Any, NamedTuple, cast
 from hydroservo.control.controlled import Velocity
 from hydroservo.core.block import Block, signal_below, signal_of
 from hydroservo.core.curve import Curve
-from hydroservo.core.errors import ParameterError
+from hydroservo.core.errors import ParameterError, one_of
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.group import group
-from hydroservo.core.nearest import one_of
 from hydroservo.core.roles.saying import is_role
 from hydroservo.core.validation import allowed, checked, checked_number
 from hydroservo.machine.plants.design_model import THIS_MACHINE, DesignModel

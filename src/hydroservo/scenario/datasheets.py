@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.core.block import Block, field_at, is_block, leaves
-from hydroservo.core.errors import ParameterError, ScenarioError
-from hydroservo.core.nearest import nearest
+from hydroservo.core.errors import ParameterError, ScenarioError, nearest
 from hydroservo.core.validation import checked_number
 from hydroservo.runs.columns import Columns, number_per_run
 from hydroservo.scenario.build import Draft

@@ -10,9 +10,8 @@ import numpy as np
 from hydroservo.control.loop import Loop, Simulation
 from hydroservo.core.block import is_block
 from hydroservo.core.curve import Curve
-from hydroservo.core.errors import ParameterError
+from hydroservo.core.errors import ParameterError, nearest
 from hydroservo.core.field import CONTROLLED, OPEN, Field, declared_fields
-from hydroservo.core.nearest import nearest
 from hydroservo.core.roles import Monitor
 from hydroservo.core.roles.saying import is_role
 from hydroservo.scenario.other_tables import FULL_SCALE

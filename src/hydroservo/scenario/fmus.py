@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.core.block import Block
-from hydroservo.core.errors import HydroservoError, ScenarioError, short
-from hydroservo.core.nearest import nearest
+from hydroservo.core.errors import HydroservoError, ScenarioError, nearest, short
 from hydroservo.core.roles import Load, Plant
 from hydroservo.cosimulation import (
     LOAD_INPUTS,

@@ -10,9 +10,8 @@ from hydroservo.control.loop import Loop, Simulation
 from hydroservo.control.wiring import believed, is_open, wired, with_model
 from hydroservo.core.block import Block, field_at, leaves
 from hydroservo.core.command_scale import command_scale, commands_in, note_command_scale
-from hydroservo.core.errors import ParameterError, ScenarioError
+from hydroservo.core.errors import ParameterError, ScenarioError, one_of
 from hydroservo.core.hooks import at_rest
-from hydroservo.core.nearest import one_of
 from hydroservo.core.roles import Plant
 from hydroservo.core.validation import consistent
 from hydroservo.cosimulation import ForeignMachine, NoSupply, ThroughFmu

@@ -6,7 +6,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from hydroservo.core.command_scale import CommandScale, command_scale
-from hydroservo.core.unit_algebra import exchanged, power_in
+from hydroservo.core.field import exchanged, power_in
 from hydroservo.scenario.units import case_hint, factor_and_dimension, power_of
 
 SPACES = " '\N{RIGHT SINGLE QUOTATION MARK}\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}"

@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import Block, field_at, is_block, leaves
-from hydroservo.core.errors import ScenarioError, short
+from hydroservo.core.errors import ScenarioError, nearest, one_of, short
 from hydroservo.core.field import Field
 from hydroservo.core.formatting import KELVIN, Scale
-from hydroservo.core.nearest import nearest, one_of
 from hydroservo.core.validation import allowed, within
 from hydroservo.runs.columns import SEED
 from hydroservo.scenario.quantities import si_value, unit_factor

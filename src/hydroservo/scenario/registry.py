@@ -13,10 +13,9 @@ from types import ModuleType
 from typing import Any
 
 from hydroservo.control import controlled, controllers, error_dynamics, holds, monitors, observers, references
-from hydroservo.core.errors import HydroservoError, ScenarioError
+from hydroservo.core.errors import HydroservoError, ScenarioError, nearest, one_of
 from hydroservo.core.field import declared_fields
 from hydroservo.core.inputs import read_text
-from hydroservo.core.nearest import nearest, one_of
 from hydroservo.machine import (
     drives,
     integrators,

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from hydroservo.core.builtin import texts, titles
-from hydroservo.core.errors import ParameterError, ScenarioError, one_line, short
+from hydroservo.core.errors import ParameterError, ScenarioError, nearest, one_line, short
 from hydroservo.core.inputs import exists, read_text
-from hydroservo.core.nearest import nearest
 from hydroservo.scenario.tables import DEEPEST, FileOrigin, Layer, LayeredTable, TableEntry, parse_toml
 
 LARGEST = 1 << 20  # bytes; a scenario is a few thousand

@@ -7,8 +7,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.core.errors import ScenarioError, short
-from hydroservo.core.nearest import one_of
+from hydroservo.core.errors import ScenarioError, one_of, short
 from hydroservo.scenario.quantities import toml_slip
 
 LAW = "controller"  # the table of a loop that holds what is tuned to one law

@@ -9,9 +9,8 @@ from importlib.resources import files
 from itertools import accumulate
 from typing import Any
 
-from hydroservo.core.errors import short
+from hydroservo.core.errors import nearest, short
 from hydroservo.core.field import CONTROLLED
-from hydroservo.core.nearest import nearest
 
 
 class OffsetUnitError(ValueError):

@@ -13,8 +13,7 @@ import numpy as np
 from hydroservo.control.loop import AUTO, Loop
 from hydroservo.control.metrics import judged_by
 from hydroservo.core.block import replace
-from hydroservo.core.errors import ParameterError, ScenarioError
-from hydroservo.core.nearest import one_of
+from hydroservo.core.errors import ParameterError, ScenarioError, one_of
 from hydroservo.limits.command import CommandLimits, command_limits, loosest_limits
 from hydroservo.limits.least_error import check_limited, machine_limits, without_law
 from hydroservo.runs.columns import SEED

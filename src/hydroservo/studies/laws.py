@@ -4,8 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from hydroservo.core.block import Block, declared_fields, field_at, is_under, leaves, nested_blocks
-from hydroservo.core.errors import ScenarioError
-from hydroservo.core.nearest import nearest, one_of
+from hydroservo.core.errors import ScenarioError, nearest, one_of
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.load import Assembly, assemble
 from hydroservo.scenario.registry import plugin_classes, shipped_classes

@@ -5,8 +5,7 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from hydroservo.core.errors import ParameterError, ScenarioError
-from hydroservo.core.nearest import one_of
+from hydroservo.core.errors import ParameterError, ScenarioError, one_of
 from hydroservo.core.validation import whole_number
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.scenario_files import layered_table, locate_source, named_source, nest_changes

@@ -9,20 +9,24 @@ A role is a Protocol: the methods that its blocks have, with as many arguments. 
 is in :mod:`hydroservo.core.hooks`.
 """
 
-from hydroservo.core.roles.blocks import Block
 from hydroservo.core.roles.laws import (
     Basis,
+    ControlledSignal,
     Controller,
     Differentiator,
     ErrorDynamics,
     Filter,
+    Hold,
+    Integrator,
     Limiter,
     Model,
+    Monitor,
     Observer,
     Reaching,
     Realisation,
+    Reference,
+    Start,
 )
-from hydroservo.core.roles.loops import ControlledSignal, Hold, Integrator, Monitor, Reference, Start
 from hydroservo.core.roles.machine import (
     Accumulator,
     Carried,
@@ -30,6 +34,7 @@ from hydroservo.core.roles.machine import (
     Drive,
     EdgeShape,
     EndStops,
+    ForceSensor,
     Friction,
     Load,
     Mechanism,
@@ -37,18 +42,15 @@ from hydroservo.core.roles.machine import (
     Oil,
     Plant,
     Poppet,
-    Relief,
-    Supply,
-    Valve,
-)
-from hydroservo.core.roles.saying import at_samples, controlling, role, valveless, without_estimates
-from hydroservo.core.roles.sensing import (
-    ForceSensor,
     PositionSensor,
     PressureSensor,
+    Relief,
     Sensors,
+    Supply,
+    Valve,
     VelocityEstimator,
 )
+from hydroservo.core.roles.saying import Block, at_samples, controlling, role, valveless, without_estimates
 
 __all__ = [
     "Accumulator",

@@ -5,6 +5,7 @@ from typing import Any, TypeVar
 
 from hydroservo.core.errors import LoopError
 
+Block = Any  # a NamedTuple with methods; Python's type system has no name for "some NamedTuple"
 PACKAGE = "hydroservo.core.roles."
 BlockClass = TypeVar("BlockClass", bound=type)
 

@@ -7,9 +7,8 @@ from typing import Any
 
 from hydroservo.control.loop import Loop
 from hydroservo.core.command_scale import VOLTS, commands_in
-from hydroservo.core.errors import ParameterError
+from hydroservo.core.errors import ParameterError, one_of
 from hydroservo.core.formatting import plain_quantity
-from hydroservo.core.nearest import one_of
 from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE, TIME, LogSource, log_mapping, read_logs
 from hydroservo.identification.log_check import check_balance, check_positions, stroke_of
 from hydroservo.identification.maps.characteristic import characteristic_map

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.core.errors import ScenarioError, short
+from hydroservo.core.errors import ScenarioError, nearest, one_of, short
 from hydroservo.core.field import Field
-from hydroservo.core.nearest import nearest, one_of
 from hydroservo.scenario.quantities import number_and_unit, si_value, unit_factor
 from hydroservo.scenario.units import OffsetUnitError, factor_and_dimension
 
