@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydroservo import simulate
 from hydroservo.control.loop import Loop
 from hydroservo.export.fmu import PARTS, FmiVersion, write_fmu, write_ssp
-from hydroservo.export.fmu.ssp import Connection, connections
+from hydroservo.export.fmu.write import Connection, connections
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import CModule, Part
 from hydroservo.scenario import load_scenario

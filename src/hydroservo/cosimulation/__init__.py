@@ -9,8 +9,11 @@ from hydroservo.cosimulation.blocks import (
     ForeignMachine,
     NoSupply,
     ThroughFmu,
+    couple_fmus,
+    first_force,
+    has_fmu,
+    refuse_fmus,
 )
-from hydroservo.cosimulation.coupled import couple_fmus, first_force, has_fmu, refuse_fmus
 
 __all__ = [
     "LOAD_INPUTS",

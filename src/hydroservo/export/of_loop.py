@@ -20,7 +20,6 @@ from hydroservo.export.c.primitives import WRITTEN
 from hydroservo.export.c.source import SourceForm, source_texts
 from hydroservo.export.converted import ConvertedController, ConvertedHold, ConvertedState
 from hydroservo.export.counting import operation_count
-from hydroservo.export.declared import declarations_by_name
 from hydroservo.export.parts import (
     Command,
     ConvertedEquationsUnit,
@@ -33,7 +32,7 @@ from hydroservo.export.parts import (
 from hydroservo.export.st.primitives import WRITTEN as ST_WRITTEN
 from hydroservo.export.st.source import STModule, st_module
 from hydroservo.export.texts import checked_prefix, plain_title
-from hydroservo.export.translation import Translation
+from hydroservo.export.translation import Translation, declarations_by_name
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, CModule, Part, Precision, Signal
 from hydroservo.language.constants import fold_constants
 from hydroservo.language.liveness import Liveness

@@ -21,7 +21,7 @@ from hydroservo.studies.conditions import (
     evaluate,
     mean_logs,
 )
-from hydroservo.studies.pareto import STILL, evenly_spaced, fittest, front_shift, offspring, on_front
+from hydroservo.studies.fronts import STILL, evenly_spaced, fittest, front_shift, offspring, on_front
 from hydroservo.studies.trials import Rules
 
 if TYPE_CHECKING:

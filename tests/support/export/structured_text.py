@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from hydroservo.control.loop import Loop
 from hydroservo.export.of_loop import exported_block
-from hydroservo.export.st.replay import replay_of
+from hydroservo.export.st.project import replay_of
 from hydroservo.export.st.source import STModule
 from hydroservo.export.unit import CModule, Part, Precision
 from hydroservo.export.vectors import Vectors, make_vectors

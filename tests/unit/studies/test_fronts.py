@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.studies.fronts import fronts_of
-from hydroservo.studies.pareto import MOST, evenly_spaced, front_shift, on_front
+from hydroservo.studies.fronts import MOST, evenly_spaced, front_shift, fronts_of, on_front
 from hydroservo.studies.trials import Rules, judged_columns, trials_of
 from tools.planted import rows, trials, with_lost
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.studies.pareto import (
+from hydroservo.studies.fronts import (
     crowding_distances,
     fittest,
     nondominated_ranks,

@@ -21,7 +21,7 @@ from hydroservo.studies.conditions import (
     command_range,
     mean_logs,
 )
-from hydroservo.studies.pareto import STILL, on_front
+from hydroservo.studies.fronts import STILL, on_front
 from hydroservo.studies.search import (
     POINTS,
     may_be_chosen,

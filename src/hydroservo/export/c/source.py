@@ -8,10 +8,9 @@ from typing import NamedTuple
 from hydroservo.core.block import Block, nested_signal
 from hydroservo.core.field import Field
 from hydroservo.export.c.writer import CWriter, FunctionEnds, NamedConstant
-from hydroservo.export.declared import declarations_by_name
 from hydroservo.export.layout import INDENT, lay_out
 from hydroservo.export.texts import WIDTH, comment, in_comment
-from hydroservo.export.translation import Translation, ordered_records
+from hydroservo.export.translation import Translation, declarations_by_name, ordered_records
 from hydroservo.export.unit import Part
 from hydroservo.language.liveness import Liveness
 from hydroservo.language.names import identifier

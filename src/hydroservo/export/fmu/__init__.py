@@ -2,9 +2,8 @@
 
 from hydroservo.export.compilers import Platform
 from hydroservo.export.fmu.contents import check_clock
-from hydroservo.export.fmu.ssp import PARTS, write_ssp
 from hydroservo.export.fmu.variables import variables_of
-from hydroservo.export.fmu.write import check_tools, checked_ending, write_fmu
+from hydroservo.export.fmu.write import PARTS, check_tools, checked_ending, write_fmu, write_ssp
 from hydroservo.export.unit import FmiVersion
 
 __all__ = [

@@ -6,14 +6,13 @@ from typing import NamedTuple
 
 from hydroservo.core.block import Block, nested_signal
 from hydroservo.core.field import Field
-from hydroservo.export.declared import declarations_by_name
 from hydroservo.export.layout import INDENT, ST, align_comments, split_statement
 from hydroservo.export.st.functions import FunctionWriter
 from hydroservo.export.st.names import unused_name
 from hydroservo.export.st.pou import Declaration, Pou, Structure, block_comment, remark
 from hydroservo.export.st.primitives import NO_ARGUMENT
 from hydroservo.export.st.writer import OWN, STWriter, block_name
-from hydroservo.export.translation import Translation, ordered_records
+from hydroservo.export.translation import Translation, declarations_by_name, ordered_records
 from hydroservo.export.unit import CModule, Part, Signal
 from hydroservo.language.liveness import Liveness
 from hydroservo.language.terms import Function, Record

@@ -18,8 +18,7 @@ from hydroservo.figures.studies.ratios import (
     plot_forest,
 )
 from hydroservo.show import Picture
-from hydroservo.studies.fronts import FrontPoint
-from hydroservo.studies.pareto import on_front
+from hydroservo.studies.fronts import FrontPoint, on_front
 from hydroservo.studies.report.tables import motion_kind
 from hydroservo.studies.report.view import CAPTIONS, StudyView, cell_at, grid_with_levels, is_sure
 

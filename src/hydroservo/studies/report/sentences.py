@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from hydroservo.core.formatting import counted, enumeration, number
+from hydroservo.studies.fronts import STILL
 from hydroservo.studies.law_pairs import ErrorRatio
-from hydroservo.studies.pareto import STILL
 from hydroservo.studies.report.tables import motion_kind
 from hydroservo.studies.report.view import StudyView, interval_text, is_sure, level_text
 
