@@ -66,7 +66,6 @@ class RunDrawing(NamedTuple):
 
 
 def draw_page_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> RunDrawing:
-    """What a page draws of a run."""
     signals = [str(name) for name, one in run.data_vars.items() if one.dims]
     meaning = loop.controls.declared().meaning
     panels = [

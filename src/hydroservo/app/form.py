@@ -49,7 +49,6 @@ def form_of(assembly: Assembly) -> list[dict[str, Any]]:
 
 
 def block_entry(path: str, draft: Draft, hint: Any, context: Context) -> dict[str, Any]:
-    """A block, and those in it."""
     maker = draft.maker
     return {
         "path": path,
@@ -140,7 +139,6 @@ def field_in_unit(field: Field, unit: str, factor: float) -> Field:
 
 
 def all_numbers(blocks: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """The numbers of some blocks, and of those in them."""
     for block in blocks:
         yield from block["numbers"]
         yield from all_numbers(block["blocks"])

@@ -186,7 +186,6 @@ def download_c(source: Source, folder: Path, report: Report) -> Download:
 
 
 def download_fmu(source: Source, folder: Path, report: Report) -> Download:
-    """The law as an FMU."""
     from hydroservo.export.products import export_fmu
 
     file = folder / "controller.fmu"

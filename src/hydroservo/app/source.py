@@ -142,7 +142,6 @@ def merge_tables(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str
 
 
 def keep_known_keys(table: Mapping[str, Any], draft: Draft) -> dict[str, Any]:
-    """A table with the keys that its type has."""
     kept = {name: value for name, value in table.items() if name == "type" or name in draft.members}
     for name, value in kept.items():
         inner = draft.members.get(name)

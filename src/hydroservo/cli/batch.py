@@ -196,7 +196,6 @@ def command_of_remarkable_run(
 def compute_in_memory(
     sampled: "SampledBatch", runs: int, threads: int | None, report: Report
 ) -> "xr.Dataset":
-    """The table of a batch."""
     from hydroservo.runs.batch import simulate_batch
     from hydroservo.scenario.stored_batch import table_of_runs
 

@@ -97,7 +97,6 @@ def blocks_in(file: Path) -> Sequence[type]:
 
 
 def ask_blocks(blocks: Sequence[type], report: Any) -> Iterator["Answer"]:
-    """All answers, with their progress."""
     from hydroservo.testing import answers
     from hydroservo.testing.contract import QUESTIONS
 

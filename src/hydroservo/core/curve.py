@@ -140,7 +140,6 @@ def monotone_cubic(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np
 
 
 def finite_vector(name: str, samples: ArrayLike) -> NDArray[np.float64]:
-    """Samples as a vector of finite numbers."""
     try:
         values = np.array(samples, dtype=np.float64)
     except (TypeError, ValueError):

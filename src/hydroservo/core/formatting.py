@@ -162,7 +162,6 @@ def counted(count: int, noun: str) -> str:
 
 
 def yes_or_no(flag: object) -> str:
-    """A flag as it is read."""
     return "yes" if flag else "no"
 
 

@@ -166,7 +166,6 @@ def has_fmu(loop: Block) -> bool:
 
 
 def refuse_fmus(loop: Block, what: str) -> None:
-    """Refuse a loop with an FMU in it."""
     for name, foreign in fmus_in(loop).items():
         raise LoopError(
             f"the {name} is the FMU {foreign.name}, of which only steps are known, so nothing can {what}; "

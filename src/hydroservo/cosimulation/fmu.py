@@ -75,7 +75,6 @@ def digest_of(path: Path) -> str:
 
 @lru_cache(maxsize=64)
 def read_description(path: Path, digest: str) -> Fmu:
-    """The description of an FMU with a content that has this digest."""
     fmpy = fmpy_package()
     names, description = open_archive(path, fmpy)
     version, own = int(description.fmiVersion[0]), description.coSimulation
@@ -134,7 +133,6 @@ def open_archive(path: Path, fmpy: Any) -> tuple[list[str], Any]:
 
 
 def fmpy_package() -> Any:
-    """FMPy."""
     try:
         import fmpy
     except ImportError:
@@ -155,7 +153,6 @@ def binary_for_this_machine(names: list[str], version: int, identifier: str, fmp
 
 
 def variable_of(one: Any, description: Any) -> FmuVariable:
-    """A variable as FMPy describes it."""
     unit = one.unit or (one.declaredType.unit if one.declaredType is not None else "") or ""
     base = next((known.baseUnit for known in description.unitDefinitions if known.name == unit), None)
     in_base_units, factor = unit_in_base_units(base)

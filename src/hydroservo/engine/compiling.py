@@ -92,7 +92,6 @@ def gather(value: Any, doubles: list[float], integers: list[int], known: bool = 
 
 
 def number_types(shape: Any) -> Iterator[type]:
-    """The types of the numbers in a shape."""
     if isinstance(shape, tuple):
         for part in shape[1:]:
             yield from number_types(part)

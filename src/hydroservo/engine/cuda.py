@@ -117,7 +117,6 @@ end:
 
 
 def library_functions(module: binding.ModuleRef) -> Iterator[str]:
-    """The functions that a module needs from a library."""
     for function in module.functions:
         if function.is_declaration and (
             LIBRARY.match(function.name) or not function.name.startswith("llvm.")

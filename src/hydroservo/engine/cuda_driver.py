@@ -97,7 +97,6 @@ def device() -> Device:
 
 
 def has_device() -> bool:
-    """Whether there is a device to run on."""
     try:
         device()
     except ParameterError:
@@ -106,7 +105,6 @@ def has_device() -> bool:
 
 
 def driver_result(answer: Any) -> Any:
-    """What the driver returned."""
     error, *found = answer
     if error != driver.CUresult.CUDA_SUCCESS:
         _, text = driver.cuGetErrorString(error)

@@ -72,7 +72,6 @@ def block_arrays(block: Block) -> NDArray[np.int64]:
 
 
 def double_arrays(block: Block) -> Iterator[NDArray[np.float64]]:
-    """The arrays of a block."""
     for value in values(block):
         if isinstance(value, np.ndarray):
             if value.dtype != np.float64 or not value.flags.c_contiguous:

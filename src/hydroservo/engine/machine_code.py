@@ -99,7 +99,6 @@ def has_slow_roots() -> bool:
 
 
 def parse_module(text: str) -> binding.ModuleRef:
-    """The module that a text describes."""
     try:
         return binding.parse_assembly(text)
     except RuntimeError as error:
@@ -219,7 +218,6 @@ def order_block(block: str) -> str:
 
 
 def operation_of(line: str) -> str:
-    """The operation of an instruction."""
     found = INSTRUCTION.match(line)
     return found[1] if found else ""
 

@@ -69,7 +69,6 @@ class Native(Linked):
 
 
 def c_argument(value: Any) -> Any:
-    """A value as C takes it."""
     if isinstance(value, np.ndarray):
         if value.dtype not in ELEMENTS or not value.flags.carray:
             raise TypeError(

@@ -70,7 +70,6 @@ def distinct_classes(shapes: Any) -> tuple[type, ...]:
 
 
 def nested_classes(shapes: Any) -> Iterator[type]:
-    """The classes in nested tuples."""
     if isinstance(shapes, type):
         yield shapes
     elif isinstance(shapes, tuple):

@@ -94,7 +94,6 @@ def machine_name() -> str:
 
 
 def this_platform() -> Platform:
-    """That of this machine."""
     name = machine_name()
     if name not in list(Platform):
         raise HydroservoError(f"FMI has no name for this machine, {name!r}, so no FMU can be built for it")
@@ -150,7 +149,6 @@ def compiler() -> list[str]:
 
 
 def run_tool(folder: Path, command: Sequence[str]) -> "subprocess.CompletedProcess[str]":
-    """What a command did in a folder."""
     name = Path(command[0]).name
     try:
         return subprocess.run(  # noqa: S603 - the compiler that the user names, and no shell

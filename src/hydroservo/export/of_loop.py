@@ -185,7 +185,6 @@ def ready_unit(
 
 
 def c_module(ready: ReadyUnit) -> CModule:
-    """A translated unit in C."""
     translation, needed, part, digest = ready.translation, ready.needed, ready.part, scenario_hash(ready.loop)
     form = SourceForm(ready.prefix, ready.real, ready.inlined, ready.about(BITS), digest, __version__)
     header, source = source_texts(translation, needed, form)

@@ -238,7 +238,6 @@ def count_alike(grid: BatchGrid, runs: ShownMetric) -> None:
 
 
 def legend_handles(grid: BatchGrid, runs: ShownMetric) -> list[Line2D]:
-    """What the legend explains."""
     shown, lost = runs.values.size, int(runs.lost.sum())
     few = "" if has_enough_runs(runs) else f"; fewer than {ALIKE} show no quantiles"
     label = f"{shown:,} run{'s' * (shown != 1)}{few}"

@@ -151,7 +151,6 @@ def draw_dots(
 
 
 def coloured_logs(data: xr.Dataset) -> list[tuple[str, str]]:
-    """The recorded logs, each with a colour."""
     names = list(dict.fromkeys(data["log"].values.tolist())) if "log" in data.coords else []
     return [(name, PALETTE[1 + i % (len(PALETTE) - 1)]) for i, name in enumerate(names)]
 

@@ -135,7 +135,6 @@ def backlash(command: Vector, width: float) -> Vector:
 
 
 def largest_value(own: Direction) -> float:
-    """The largest value of a direction."""
     return max(float(np.abs(own.values).max()), 1e-300)
 
 

@@ -328,7 +328,6 @@ def log_fit_finding(fit: "LogFit") -> Finding:
 
 
 def fit_picture(name: str, fit: "LogFit") -> Picture:
-    """How a log is met."""
     shown = "simulated" if fit.horizon is None else "predicted"
     caption = f"How {fit.understood.log.name} is met: measured, and {shown} with what was found."
     return Picture(name, caption, partial(draw_fit, fit))

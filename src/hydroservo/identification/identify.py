@@ -180,7 +180,6 @@ def solve_problem(
 
 
 def sought_variations(assembly: Assembly, ranges: Mapping[str, TableEntry]) -> list[Variation]:
-    """What is sought."""
     if not ranges:
         problem = (
             "must name a number of the machine that is sought (--vary), or the scenario have [identify.vary]"
@@ -196,7 +195,6 @@ def sought_variations(assembly: Assembly, ranges: Mapping[str, TableEntry]) -> l
 
 
 def read_scenario_logs(logs: Sequence[LogSource], assembly: Assembly) -> list[SignalLog]:
-    """The logs."""
     with commands_in(assembly.loop.command):
         every = read_logs(logs, log_mapping(assembly.log_columns))
     period = assembly.loop.simulation.period

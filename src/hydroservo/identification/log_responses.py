@@ -138,7 +138,6 @@ def with_logs(
 
 
 def responses_in_log(loop: Loop, path: str | Path, columns: Mapping[str, str]) -> LogResponses:
-    """The responses that one log tells."""
     demand = Field(loop.controls.declared().unit, "demand")
     with commands_in(loop.command):
         log = understand_log(read_log(path, columns, (TIME,), {**SIGNALS, REFERENCE: demand}))

@@ -52,7 +52,6 @@ def best_prediction(
 
 
 def report_design(report: Report, number: int, part: float) -> None:
-    """Report what is done with one of the designs."""
     report((number + part) / DESIGNS)
 
 
@@ -95,7 +94,6 @@ def force_at_start(one: Experiment, number: int) -> UnknownNumber:
 
 
 def with_observer(problem: Problem, number: int, x: Matrix, weights: Weights, horizon: float) -> Experiment:
-    """An experiment with its observer."""
     one = problem.experiments[number]
     segment = one.segment
     if horizon < 2.0 * segment.period:

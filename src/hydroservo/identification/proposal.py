@@ -137,7 +137,6 @@ def parameters_asked(found: Identified, trials: Sequence[Trial]) -> list[int]:
 def proposal_of(
     found: Identified, trial: Trial, period: float, asked: Sequence[str], bounds: SignalBounds
 ) -> Proposal:
-    """The best of all trials as it is proposed."""
     space = found.fitted.problem.space
     count = len(space.ranges)
     own = found.fitted.best.x[:count]

@@ -49,7 +49,6 @@ SAME = 1e-9  # of a sample period
 
 
 def control_library() -> Any:
-    """python-control."""
     require("control", "control", "this")
     import control
 

@@ -237,7 +237,6 @@ class Arithmetic:
         raise self.error("this is not a number, a block or several of them", node)
 
     def record_of(self, several: Several, node: ast.AST) -> Make:
-        """Several values as one record."""
         if several.once:
             raise self.error("these values can be read once alone", node, "write tuple(...)")
         values = {

@@ -147,7 +147,6 @@ class Builtins:
         return value.value
 
     def is_instance(self, node: ast.AST, value: Value, kinds: Value) -> Known:
-        """Whether a value is of one of some classes."""
         several_kinds = kinds.items if isinstance(kinds, Several) else (kinds,)
         classes = tuple(one.thing for one in several_kinds if isinstance(one, HostObject))
         if isinstance(value, Known):
@@ -166,7 +165,6 @@ class Builtins:
 
 
 def length_of(array: Expression, kind: Array, axis: int) -> Value:
-    """The length of an axis of an array."""
     known = kind.lengths[axis]
     return Length(INT, array, axis) if known is None else Known(known)
 

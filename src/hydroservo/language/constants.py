@@ -199,7 +199,6 @@ def value_in(statement: Statement) -> Any:
 
 
 def made_record(cls: type, names: Sequence[str], *values: Any) -> Any:
-    """A record from its fields."""
     return cls(**dict(zip(names, values, strict=True)))
 
 
@@ -209,7 +208,6 @@ def asks_ops(function: Function) -> bool:
 
 
 def callees(body: Sequence[Statement]) -> Iterator[Function]:
-    """The functions that statements call."""
     for one in body:
         yield from callees_in(value_in(one))
         for inner in bodies(one):

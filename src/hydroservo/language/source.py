@@ -106,7 +106,6 @@ def source_line(node: ast.FunctionDef | ast.Lambda) -> Place:
 
 
 def codes_in(code: CodeType) -> Iterator[tuple[Place, CodeType]]:
-    """The code of each function in some code."""
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             yield (constant.co_firstlineno, constant.co_name), constant

@@ -127,7 +127,6 @@ def continuous_rates(poles: NDArray[np.complex128], period: float) -> NDArray[np
 
 
 def signal_index(what: str, name: str, there: Sequence[Quantity]) -> int:
-    """Where a signal is."""
     names = [one.name for one in there]
     if name not in names:
         raise ParameterError(what, name, one_of(str(name), names))

@@ -231,7 +231,6 @@ def seen_quantities(point: OperatingPoint) -> list[Quantity]:
 
 
 def demand_quantities(point: OperatingPoint) -> list[Quantity]:
-    """The demand and its derivatives."""
     signal = point.loop.controls.declared()
     fields = declared_fields(Demand).items()
     return [Quantity(f"reference.{name}", field.of(signal).unit) for name, field in fields]

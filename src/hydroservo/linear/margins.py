@@ -227,7 +227,6 @@ def sensitivity_change(here: NDArray[np.complex128], other: OpenedLoop, places: 
 
 
 def opened_loop_margins(loop: OpenedLoop) -> Margins:
-    """The margins of an opened loop."""
     places = response_grid(loop)
     found = crossings(loop, places)
     if not np.abs(np.linalg.eigvals(loop.closed())).max(initial=0.0) < 1.0 + SLOWEST:

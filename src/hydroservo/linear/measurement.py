@@ -123,7 +123,6 @@ def silence() -> Tones:
 
 
 def tones_of(plan: ExcitationPlan, sample_period: float, amplitude: float, phases: Vector) -> Tones:
-    """All tones at once."""
     return Tones(amplitude, plan.frequencies(sample_period), phases)
 
 

@@ -39,7 +39,6 @@ def checked_loops(value: object, name: str = "loops") -> list[Loop]:
 
 
 def checked_mapping(name: str, value: object, wanted: str) -> Mapping[Any, Any]:
-    """A mapping."""
     if not isinstance(value, Mapping):
         raise ParameterError(name, value, f"must map {wanted}")
     return value

@@ -79,7 +79,6 @@ def varied_ranges(table: "xr.Dataset") -> dict[str, tuple[float, float]]:
 
 
 def range_rows(table: "xr.Dataset", varied: Mapping[str, tuple[float, float]]) -> list[list[Cell]]:
-    """A row for each number that varied."""
     return [
         [Cell(path), *(Cell(end, about["units"]) for end in ends), Cell(), Cell(about["long_name"])]
         for path, ends in varied.items()

@@ -138,7 +138,6 @@ def parameter_column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.flo
 
 
 def number_per_run(path: str, values: ArrayLike) -> NDArray[np.float64]:
-    """One number for each run."""
     if is_block(values):
         raise ParameterError(path, values, "must be an array of numbers")
     try:

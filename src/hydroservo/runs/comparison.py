@@ -163,7 +163,6 @@ def comparison_verdicts(runs: "Sequence[xr.Dataset]", labels: Sequence[str]) -> 
 
 
 def comparison_rows(runs: "Sequence[xr.Dataset]", best: Mapping[str, set[int]]) -> list[list[Cell]]:
-    """A row for each metric that some run has."""
     fields: dict[str, Field] = {name: field for run in runs for name, field in metric_fields(run).items()}
     metrics = [shown_metrics(run) for run in runs]
     rows = []

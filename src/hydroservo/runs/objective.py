@@ -150,7 +150,6 @@ class CandidateOutcome(NamedTuple):
 
 
 def candidate_outcome(aim: Aim, i: int, candidates: Columns, threads: int | None) -> CandidateOutcome:
-    """The outcome of loop i with each candidate."""
     wanted = {aim.metric} | ({ACTIVITY} & judged_by([aim.loops[i]]).keys())
     try:
         return outcome_of_runs(

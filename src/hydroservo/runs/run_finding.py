@@ -147,7 +147,6 @@ def run_finding(run: "Run", scenario: str = "", ending: str = ".csv") -> Finding
 
 
 def run_attributes(run: "Run") -> Mapping[Any, Any]:
-    """The attributes of a run."""
     return run.about if isinstance(run, Trace) else run.attrs
 
 

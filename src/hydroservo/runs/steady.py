@@ -210,7 +210,6 @@ class Machines:
         self.counted = np.array([float(path != POSITION) for path in self.paths])
 
     def steady_states(self) -> list[SteadyResult]:
-        """Those of all of them."""
         given = {POSITION, *(path for path, _ in leaves(self.loops[0].start.given))}
         free = np.array([float(path not in given) for path in self.paths])
         stiff, commands = free.copy(), self.outside[:, 0]

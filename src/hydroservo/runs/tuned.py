@@ -190,7 +190,6 @@ def searched_unit(tuned: "Tuned", name: str) -> str:
 
 
 def weights_of(tuned: "Tuned") -> Sequence[float]:
-    """The weight of each loop."""
     return list(tuned.aim.weights) or [1.0] * len(tuned.names)
 
 

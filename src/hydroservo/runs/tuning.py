@@ -387,7 +387,6 @@ def geometric_means(aim: Aim, each: Sequence[Numbers]) -> Numbers:
 def tried_values(
     aim: Aim, parameters: Mapping[str, float], outcomes: Sequence[CandidateOutcome], *, within: bool
 ) -> TriedValues:
-    """Some values and what they do."""
     activity = geometric_mean(aim.weights, [one.activity.item() for one in outcomes])
     return TriedValues(parameters, geometric_mean(aim.weights, errors_of(outcomes)), activity, within)
 

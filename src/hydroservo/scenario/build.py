@@ -58,7 +58,6 @@ def curve_from(table: LayeredTable, field: Field | None) -> Curve:
 
 
 def curve_from_file(table: LayeredTable, field: Field | None) -> Curve:
-    """The curve of a file."""
     if not table.has("file"):
         like = f'{{file = "curve.csv", column = "y", {axis_key(field)} = "x"}}'
         raise table.error(f"a file is needed, or points: {like}")
@@ -66,7 +65,6 @@ def curve_from_file(table: LayeredTable, field: Field | None) -> Curve:
 
 
 def curve_from_points(table: LayeredTable, field: Field | None) -> Curve:
-    """The curve whose points a table has."""
     for name in table.names():
         if name != POINTS:
             raise table.entry(name).error(f"is given beside {table.key(POINTS)}; give only one of them")

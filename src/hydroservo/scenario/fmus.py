@@ -80,7 +80,6 @@ def own_keys(role: Any) -> tuple[str, ...]:
 
 
 def fmu_class(role: Any, table: LayeredTable) -> type[Block]:
-    """The class of blocks of the FMU that a table describes."""
     if not table.has("file"):
         raise table.error('a file is needed: file = "machine.fmu"')
     entry, signals = table.entry("file"), SIGNALS[role]

@@ -45,7 +45,6 @@ def write_out_layer(layer: Layer) -> Layer:
 
 
 def start_in(table: LayeredTable, loop: Loop) -> Block:
-    """The start that a table asks for."""
     start = draft_block(Start, AsBuilt(), table.without(GIVEN)).made()
     entries = dict(table.table(GIVEN).entries())
     if not entries:

@@ -58,7 +58,6 @@ def check_path(path: str, entry: TableEntry, loop: Loop, arguments: Collection[s
 
 
 def is_float(block: Block, path: str) -> bool:
-    """Whether a block has a float at a dotted path."""
     value = block
     for name in path.split("."):
         if not is_block(value) or name not in value._fields:

@@ -115,7 +115,6 @@ def no_type(wanted: str, names: Sequence[str]) -> str:
 
 
 def names_in_role(role: type) -> list[str]:
-    """The names that ``type`` may have in a role."""
     return [*makers_in_role(role)]
 
 
@@ -185,7 +184,6 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
 
 
 def plugin_classes() -> tuple[type, ...]:
-    """The NamedTuple classes of all plugins."""
     return tuple(
         dict.fromkeys(cls for module in loaded_modules.values() for cls in blocks_defined_in(module))
     )

@@ -160,7 +160,6 @@ def simulate_in_parts(
 
 
 def work_units(sampled: SampledBatch, runs: int, size: int, workers: Workers) -> list[WorkUnit]:
-    """The parts of a batch."""
     shared, units = batch_identity(sampled), []
     for first in range(0, runs, size):
         count = min(size, runs - first)

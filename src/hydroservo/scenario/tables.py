@@ -148,7 +148,6 @@ class LayeredTable(NamedTuple):
 
 
 def parse_toml(text: str, name: str) -> dict[str, Any]:
-    """The tables of a TOML text."""
     if DEEP_KEY.search(text):
         raise ScenarioError(name, "", TOO_DEEP)
     try:

@@ -53,7 +53,6 @@ def html_row(
     tag: str = "td",
     span: int = 1,
 ) -> str:
-    """A row of a table."""
     wide = f' colspan="{span}"' if span > 1 else ""
     cells = zip_longest(texts, marks, right)
     return f"<tr>{''.join(html_cell(*cell, tag, wide) for cell in cells)}</tr>"

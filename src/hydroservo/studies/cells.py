@@ -70,7 +70,6 @@ def map_cells(study: StudySpec) -> list[MapCell]:
 
 
 def laws_in_cells(study: StudySpec) -> Iterator[LawInCell]:
-    """Each law in each cell."""
     for cell in map_cells(study):
         laws = [(law, comparable_law(study, law, cell)) for law in study.laws.values()]
         drawn = draw_conditions(study, cell.levels, laws[0][1].assemblies)
@@ -101,7 +100,6 @@ def comparable_law(study: StudySpec, law: LawSpec, cell: MapCell) -> TunableLaw:
 
 
 def search_units(study: StudySpec, entrant: LawInCell, activity: float | None) -> Iterator[WorkUnit]:
-    """The searches of a law in a cell."""
     groups = [
         ConditionGroup(
             one.loop,
@@ -225,7 +223,6 @@ def loops_under_conditions(entrant: LawInCell, count: int) -> dict[int, Loop]:
 
 
 def limit_row(loop: Loop, command: CommandLimits) -> "pa.Table":
-    """The row of one condition."""
     import pyarrow as pa
 
     found = machine_limits(loop, command)

@@ -111,7 +111,6 @@ def condition_numbers(asked: ConditionPlan, split: str, which: int) -> Condition
 def draw_kind(
     study: StudySpec, split: str, which: int, ranges: Mapping[str, TableEntry], assembly: Assembly
 ) -> DrawnConditions:
-    """The conditions of a split that are of one kind."""
     at = condition_numbers(study.conditions, split, which)
     made = [variation_at(assembly, path, entry) for path, entry in ranges.items()]
     values = {}

@@ -122,7 +122,6 @@ def ratio_between(pairs: list[LawPair], one: str, other: str) -> tuple[float, fl
 
 
 def pair_between(pairs: list[LawPair], one: str, other: str) -> LawPair:
-    """The pair of two laws."""
     return next(pair for pair in pairs if {pair.a, pair.b} == {one, other})
 
 

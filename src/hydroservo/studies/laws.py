@@ -102,7 +102,6 @@ def controller_table(scenario: LayeredTable) -> dict[str, Any]:
 
 
 def observer_place(study: StudySpec, law: LawSpec, controller: Block) -> str:
-    """The path from a law to its observer."""
     found = [path for path, block in nested_blocks(controller) if path.rpartition(".")[2] == "observer"]
     if not found:
         raise ScenarioError(study.origin.name, f"laws.{law.name}.observers", "is for a law with an observer")

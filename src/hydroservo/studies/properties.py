@@ -86,7 +86,6 @@ def margins_at_busiest(loop: Loop) -> Margins:
 
 
 def least_margins(found: Sequence[Margins]) -> LawMargins:
-    """The least of each margin."""
     stable = bool(found) and all(one.stable for one in found)
     worst = {name: worse(getattr(one, name) for one in found) for name, worse in WORST.items() if stable}
     margins = {name: float(f"{worst.get(name, math.nan):.{DIGITS}g}") for name in WORST}

@@ -158,7 +158,6 @@ def study_source(source: str | Path) -> str:
 
 
 def table_names(top: LayeredTable, section: str) -> Iterator[str]:
-    """The names of the tables in a section."""
     table = top.table(section)
     for name in table.names():
         if not name or set(name) - set(NAME):
@@ -251,7 +250,6 @@ def observer_choice(table: LayeredTable) -> ObserverChoice:
 
 
 def map_axis(table: LayeredTable) -> MapAxis:
-    """An axis of the map."""
     known_keys(table, ("label", "levels"))
     levels = table.table("levels")
     name = table.path.rpartition(".")[2]
@@ -262,7 +260,6 @@ def map_axis(table: LayeredTable) -> MapAxis:
 
 
 def axis_level(table: LayeredTable) -> AxisLevel:
-    """A level of an axis."""
     known_keys(table, ("label", "value", "set", "vary"))
     name = table.path.rpartition(".")[2]
     value = None
@@ -295,7 +292,6 @@ def condition_plan(table: LayeredTable) -> ConditionPlan:
 
 
 def condition_kind(table: LayeredTable) -> ConditionKind:
-    """A kind of conditions."""
     known_keys(table, ("set", "vary"))
     return ConditionKind(table.path.rpartition(".")[2], changes_in(table, "set"), entries_at(table, "vary"))
 

@@ -90,7 +90,6 @@ class ClusterThreads:
 
 @contextmanager
 def connected_client(address: str) -> Iterator[Any]:
-    """A client of a scheduler."""
     from distributed import Client
 
     check_scheduler(address)

@@ -82,7 +82,6 @@ def process_answers(units: Iterable[WorkUnit], count: int, say: Say, folder: Pat
 
 
 def give_unit(worker: ProcessWorker, unit: WorkUnit) -> ProcessWorker:
-    """A worker that does a unit."""
     with suppress(OSError):  # its process has just ended, which is seen when its answer is waited for
         worker.pipe.send(partial(answer_to, unit.do, __version__))
     return worker._replace(unit=unit)

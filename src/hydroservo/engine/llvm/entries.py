@@ -65,7 +65,6 @@ def bits_of(w: FunctionValues, x: str) -> str:
 
 
 def from_bits(w: FunctionValues, n: str) -> str:
-    """The float that has these bits."""
     return w.emit(f"bitcast i64 {n} to double")
 
 
@@ -179,7 +178,6 @@ def translated_terms(function: Any, kinds: Callable[[Program], Sequence[terms.Ty
 
 
 def argument_type(program: Program, shape: Any) -> terms.Type:
-    """The type of an argument of a shape."""
     if isinstance(shape, tuple):
         cls, *parts = shape
         if cls is terms.Array:

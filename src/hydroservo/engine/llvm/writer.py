@@ -165,7 +165,6 @@ def few_turns(loop: terms.For) -> bool:
 
 
 def returns_in(body: Sequence[terms.Statement]) -> list[terms.Return]:
-    """The returns in some statements."""
     found = [one for one in body if isinstance(one, terms.Return)]
     return sum((returns_in(inner) for one in body for inner in terms.bodies(one)), found)
 

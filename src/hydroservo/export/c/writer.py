@@ -308,7 +308,6 @@ def module_file(module: str) -> str:
 
 
 def whole_literal(value: int) -> str:
-    """The literal of a whole number."""
     if abs(value) < SHORT:
         return str(int(value))
     return "INT64_MIN" if value < -LARGEST else f"INT64_C({value})"  # C has no literal of -2^63

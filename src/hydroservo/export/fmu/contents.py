@@ -194,7 +194,6 @@ def licence(name: str) -> str:
 
 
 def installed_package(name: str) -> metadata.Distribution:
-    """An installed package."""
     try:
         return metadata.distribution(name)
     except metadata.PackageNotFoundError:

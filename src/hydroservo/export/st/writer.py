@@ -87,7 +87,6 @@ class STWriter(UnitWriter):
     # functions
 
     def function_name(self, function: terms.Function) -> str:
-        """The name of a function."""
         if not function.body:
             return self.primitive(function.name)
         if function not in self.functions:

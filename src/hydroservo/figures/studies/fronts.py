@@ -103,7 +103,6 @@ def draw_lines(axis: Axes, lines: Sequence[FrontLine], colours: Mapping[str, str
 
 
 def front_key(colours: Mapping[str, str], pale: bool) -> list[Line2D]:
-    """What colours mean."""
     own = [Line2D([], [], color=colour, linewidth=1.2, label=law) for law, colour in colours.items()]
     return [*own, Line2D([], [], color=PALE, linewidth=0.8, label="other laws")] if pale else own
 

@@ -101,7 +101,6 @@ def simulate_run(run: PaperRun, stop: Event) -> "xr.Dataset":
 
 
 def loop_of(run: PaperRun) -> Loop:
-    """The loop that a run simulates."""
     loop = load_scenario(run.scenario(), run.changes())
     return printed(loop) if run.reading == "as printed" else loop
 
@@ -147,7 +146,6 @@ def claim_verdicts(claims: "pd.DataFrame") -> list[Verdict]:
 
 
 def ratio_under(rows: "pd.DataFrame", condition: Condition) -> float:
-    """The ratio of a claim under one condition."""
     chosen = rows[rows[list(Condition._fields)].apply(tuple, axis=1) == tuple(condition)]
     return float(chosen["ratio"].iloc[0])
 

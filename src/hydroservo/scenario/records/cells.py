@@ -33,7 +33,6 @@ DATE = re.compile(r"[0-9]{1,4}[-./][0-9A-Za-z]{1,3}[-./][0-9]{1,4}|[0-9]+ days?|
 
 
 def numbered_lines(text: str, name: str) -> Iterator[tuple[int, str]]:
-    """The lines of a text and their numbers."""
     for number, line in enumerate(StringIO(text.rstrip("\r\n"), newline=""), 1):
         if len(line) > LONGEST_LINE:
             raise ScenarioError(name, f"line {number}", f"is longer than {LONGEST_LINE} characters")
@@ -46,7 +45,6 @@ def is_comment(line: str) -> bool:
 
 
 def split_line(line: str, delimiter: str) -> list[str]:
-    """The cells of one line."""
     if delimiter == BLANKS:
         return [quoted or word for quoted, word in WORD.findall(line)]
     with suppress(csv.Error):

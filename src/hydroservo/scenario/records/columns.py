@@ -158,7 +158,6 @@ def choose_columns(
     signals: Mapping[str, tuple[Field, Sequence[str]]],
     where: tuple[str, str],
 ) -> list[RecordColumn]:
-    """The columns that hold signals."""
     columns = []
     for signal, (field, usual) in signals.items():
         source = sources.get(signal, ColumnSource())
@@ -190,7 +189,6 @@ def find_header(name: str, headers: Sequence[Header], where: tuple[str, str]) ->
 
 
 def scaled_column(signal: str, field: Field, header: Header, unit: str, source: ColumnSource) -> RecordColumn:
-    """A column as that of a signal."""
     if header.clock and field.unit == "s":
         return RecordColumn(signal, header, "s")
     unit = known_unit(unit or header.unit)

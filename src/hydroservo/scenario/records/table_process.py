@@ -52,7 +52,6 @@ Parts = tuple[list[FileColumn], list[str]]  # columns, and what else there is
 
 
 def file_table(columns: Sequence[FileColumn], others: list[str]) -> FileTable:
-    """A table of columns that are read one by one."""
     about = [(one.name, one.unit, one.samples, one.dates) for one in columns]
     return FileTable(about, others, lambda places: (columns[i].read() for i in places))
 

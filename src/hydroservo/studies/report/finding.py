@@ -83,7 +83,6 @@ def least_error(standings: Sequence[LawStanding]) -> float:
 
 
 def error_cell(verdict: CellVerdict | None, law: str, unit: str) -> Cell:
-    """The error of a law at a level."""
     if verdict is None or law not in verdict.standings:
         return Cell(math.nan, unit)
     error = verdict.standings[law].error

@@ -278,6 +278,5 @@ def share_text(value: float, low: float, high: float) -> str:
 
 
 def ratio_range_text(ratios: Sequence[float]) -> str:
-    """The range of some ratios."""
     low, high = number(min(ratios)), number(max(ratios))
     return f"{low} times" if low == high else f"{low} to {high} times"

@@ -65,7 +65,6 @@ def ordered_laws_in(found: StudyView, cell: str) -> list[str]:
 
 
 def front_table(found: StudyView) -> Table:
-    """Each point of each front."""
     columns = [
         *(Column("cell"), Column("law"), Column("level"), ACTIVITY),
         *interval_columns("error", found.unit),
@@ -287,7 +286,6 @@ def cell_columns(found: StudyView) -> list[Column]:
 
 
 def cell_row(found: StudyView, name: str, law: str) -> list[CellValue]:
-    """The numbers of one law in one cell."""
     cell = found.at.cells[name]
     one, lost = cell.standings[law], cell.standings[law].lost
     return [

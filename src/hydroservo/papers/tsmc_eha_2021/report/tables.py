@@ -100,7 +100,6 @@ def condition_grid() -> TemplateRows:
 
 
 def verdict_summary(study: PaperStudy) -> str:
-    """The verdicts, counted."""
     total, many = study.verdicts[0].total, len(study.verdicts)
     reproduced = sum(verdict.reproduced for verdict in study.verdicts)
     literal = sum(verdict.to_the_letter for verdict in study.verdicts)
