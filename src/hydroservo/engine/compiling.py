@@ -23,17 +23,12 @@ def compiled_function(function: Callable[..., Any], *, strict: bool = True) -> "
 
 
 class Compiled:
-    """A compiled function, with machine code of its own for each new combination of types.
-
-    Attributes:
-        py_func: the function in plain Python.
-        kernels: what was compiled so far.
-    """
+    """A compiled function, with machine code of its own for each new combination of types."""
 
     def __init__(self, function: Any, strict: bool) -> None:
-        self.py_func: FunctionType = function
+        self.py_func: FunctionType = function  # the function in plain Python
         self.strict = strict
-        self.kernels: dict[Any, tuple[Linked, Any, int]] = {}
+        self.kernels: dict[Any, tuple[Linked, Any, int]] = {}  # what was compiled so far
 
     def __call__(self, *arguments: Any) -> Any:
         """What the function returns."""

@@ -70,20 +70,6 @@ class Scope:
 
     Making one raises :class:`TranslationError` where the function's text is not there.
 
-    Attributes:
-        origin: the Python function.
-        tree: its syntax tree, with the lines of its file.
-        function: its terms, as far as it is translated.
-        bindings: which variable each name is, wherever it stands.
-        environment: what each variable stands for.
-        certain: the changing locals that have a value by now.
-        block: where statements go.
-        whole: the whole numbers that are computed, and how large each may become.
-        line: what is translated now.
-        outside: what it takes from the functions around it, by name.
-        engine: it is one of the engine's, which may call functions and use memory.
-        house: it is one of hydroservo's, whose whole numbers are known to be small.
-
     Args:
         origin: the Python function.
         name: of its equal in C.
@@ -94,24 +80,28 @@ class Scope:
     def __init__(
         self, origin: FunctionType, name: str, owner: type | None, local_name: Callable[[str, Set[str]], str]
     ) -> None:
-        self.origin = origin
-        self.tree = parse_function(origin)
+        self.origin = origin  # the Python function
+        self.tree = parse_function(origin)  # its syntax tree, with the lines of its file
+        # its terms, as far as it is translated
         self.function = Function(name, [], origin=origin, owner=owner)
-        self.bindings = bindings_of(self.tree)
+        self.bindings = bindings_of(self.tree)  # which variable each name is, wherever it stands
         self.local_name = local_name
         self.taken: set[str] = set()
         self.in_c: dict[Binding, str] = {}
         for one in self.bindings.all():
             self.in_c[one] = self.named_in_c(one)
-        self.environment: dict[Binding, Value] = {}
-        self.certain: set[str] = set()
-        self.block: list[Statement] = self.function.body
-        self.whole: list[Limit] = []
+        self.environment: dict[Binding, Value] = {}  # what each variable stands for
+        self.certain: set[str] = set()  # the changing locals that have a value by now
+        self.block: list[Statement] = self.function.body  # where statements go
+        self.whole: list[Limit] = []  # the whole numbers that are computed, and how large each may become
         self.lets: set[str] = set()
-        self.line = origin.__code__.co_firstlineno
+        self.line = origin.__code__.co_firstlineno  # what is translated now
         cells = [cell.cell_contents for cell in origin.__closure__ or ()]
+        # what it takes from the functions around it, by name
         self.outside: dict[str, Any] = dict(zip(origin.__code__.co_freevars, cells, strict=True))
+        # it is one of hydroservo's, whose whole numbers are known to be small
         self.house = f"{origin.__module__}".startswith("hydroservo.")
+        # it is one of the engine's, which may call functions and use memory
         self.engine = f"{origin.__module__}".startswith("hydroservo.engine.")
 
     @property

@@ -17,26 +17,19 @@ class FunctionValues:
 
     The value of a number is its name; that of a record or an array a list, of its fields' values or its
     address and lengths.
-
-    Attributes:
-        label: of the block that is written; "" after one that was left.
-        failed: whether something raises an exception.
-        names: what each name of the function that is written stands for.
-        changing: where its locals that change stand in memory of the stack.
-        few: of each loop, whether it has few turns.
     """
 
     def __init__(self) -> None:
         self.lines: list[str] = []
         self.slots: list[str] = []
         self.count = 0
-        self.label = "entry"
-        self.failed = False
-        self.names: dict[str, Any] = {}
-        self.changing: dict[str, Any] = {}
+        self.label = "entry"  # of the block that is written; "" after one that was left
+        self.failed = False  # whether something raises an exception
+        self.names: dict[str, Any] = {}  # what each name of the function that is written stands for
+        self.changing: dict[str, Any] = {}  # where its locals that change stand in memory of the stack
         self.declared: dict[str, str] = {}
         self.tables: dict[terms.ConstantArray, str] = {}
-        self.few: list[bool] = []
+        self.few: list[bool] = []  # of each loop, whether it has few turns
 
     # blocks and lines
 
