@@ -144,13 +144,7 @@ def state_field_at(block: Block, state: Block, path: str, outer: Field | None = 
 
 
 def nested_signal(block: Block, name: str, own: Field | None) -> Field | None:
-    """What the numbers of a block in another are of.
-
-    Args:
-        block: the outer block.
-        name: of the inner one, as a field of it.
-        own: what those of the outer one are of.
-    """
+    """What the numbers of a block in another are of."""
     return signal_of(getattr(block, name), signal_below(block, name, own))
 
 
@@ -205,12 +199,7 @@ def signal_below(block: Block, name: str, own: Field | None) -> Field | None:
 
 
 def inner_controls(block: Block, name: str) -> Any:
-    """The signal that a law has the one inside control, if another than its own; else None.
-
-    Args:
-        block: the law, or any block.
-        name: of the inner block, as a field of it.
-    """
+    """The signal that a law has the one inside control, if another than its own; else None."""
     return getattr(block, "inner_controls", None) if name == "controller" else None
 
 

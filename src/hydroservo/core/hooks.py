@@ -237,11 +237,7 @@ def smoothed(block: Block) -> Any:
 
 
 def line_pressures(machine: Block) -> Pressures:
-    """The pressures of the supply and the tank's line at the start, with those that a scenario gives.
-
-    Args:
-        machine: a loop, or anything with its supply, and its start where it has one.
-    """
+    """The pressures of the supply and the tank's line at the start, with those that a scenario gives."""
     supply, state = machine.supply, machine.supply.init()
     given = machine.start.given._asdict() if "start" in machine._fields else {}
     line: Pressures = supply.pressures(overlaid(state, given["supply"]) if "supply" in given else state)
@@ -250,10 +246,6 @@ def line_pressures(machine: Block) -> Pressures:
 
 def at_rest(machine: Block) -> Block:
     """The plant of a machine with what is left open of its start found, if it has ``at_rest(line, force)``.
-
-    Args:
-        machine: a loop, or anything with its plant, supply and load; the pressures of the supply and
-            the force of the load at t = 0 count.
 
     Raises:
         ParameterError: nothing keeps the plant at rest.
@@ -273,12 +265,6 @@ def at_ports(drive: Block, line: Pressures, pressure_a: float, pressure_b: float
     """A drive with what is left open of its start found, if it has ``at_rest(line, pressure_a, pressure_b)``.
 
     One that has not, and lies before another, passes the pressures on to that.
-
-    Args:
-        drive: the drive.
-        line: the pressures of what feeds it at the start.
-        pressure_a: at its port A at the start [Pa].
-        pressure_b: at its port B [Pa].
     """
     if hasattr(drive, "at_rest"):
         return drive.at_rest(line, pressure_a, pressure_b)
@@ -288,9 +274,6 @@ def at_ports(drive: Block, line: Pressures, pressure_a: float, pressure_b: float
 
 def resting(machine: Block) -> Any:
     """A machine, or a loop, with what is left open of the start of its plant and its drive found.
-
-    Args:
-        machine: the loop, or anything with its plant, supply, drive and load.
 
     Raises:
         ParameterError: nothing keeps the plant at rest.

@@ -29,29 +29,19 @@ def exists(path: Path) -> bool:
         return True
 
 
-def read_text(path: Path, most: int, name: str, key: str = "") -> str:
-    """The UTF-8 text of a regular file of at most ``most`` bytes, without its byte order mark.
-
-    Args:
-        path: where it is.
-        most: the largest size accepted [bytes].
-        name: the file that an error names.
-        key: the key or place that an error names.
-    """
-    content = read_bytes(path, most, name, key)
+def read_text(path: Path, most: int, name: str) -> str:
+    """The UTF-8 text of a file, without its byte order mark; ``name`` is what errors call the file."""
+    content = read_bytes(path, most, name)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         problem = file_kind(content) or f"is not UTF-8 text (line {line}); save it as UTF-8"
-        raise ScenarioError(name, key, problem) from None
+        raise ScenarioError(name, "", problem) from None
 
 
 def read_record_text(path: Path, most: int, name: str) -> str:
-    """The text of a record, in UTF-8, else in UTF-16 or Windows' code page 1252, as loggers write it.
-
-    The arguments are those of :func:`read_text`.
-    """
+    """The text of a record, in UTF-8, else in UTF-16 or Windows' code page 1252, as loggers write it."""
     content = read_bytes(path, most, name)
     utf_16 = content.startswith(UTF_16)
     if not utf_16 and (kind := file_kind(content)):
@@ -62,16 +52,16 @@ def read_record_text(path: Path, most: int, name: str) -> str:
     raise ScenarioError(name, "", "is not text in UTF-8, UTF-16 or Windows' code page 1252")
 
 
-def read_bytes(path: Path, most: int, name: str, key: str = "") -> bytes:
-    """The content of a regular file; the arguments are those of read_text."""
-    check_regular(path, most, name, key)
+def read_bytes(path: Path, most: int, name: str) -> bytes:
+    """The content of a regular file of at most ``most`` bytes."""
+    check_regular(path, most, name)
     try:
         with path.open("rb") as file:
             content = file.read(most + 1)
     except (OSError, ValueError) as error:
-        raise ScenarioError(name, key, f"cannot be read: {reason(error)}") from None
+        raise ScenarioError(name, "", f"cannot be read: {reason(error)}") from None
     if len(content) > most:
-        raise ScenarioError(name, key, f"is larger than {size(most)}")
+        raise ScenarioError(name, "", f"is larger than {size(most)}")
     return content
 
 
@@ -80,10 +70,10 @@ def file_kind(content: bytes) -> str:
     return next((kind for start, kind in KINDS.items() if content.startswith(start)), "")
 
 
-def check_regular(path: Path, most: int, name: str, key: str = "") -> None:
-    """Refuse what is not a regular file of at most ``most`` bytes; the arguments are those of read_text."""
+def check_regular(path: Path, most: int, name: str) -> None:
+    """Refuse what is not a regular file of at most ``most`` bytes."""
     if problem := irregularity(path, most):
-        raise ScenarioError(name, key, problem)
+        raise ScenarioError(name, "", problem)
 
 
 def irregularity(path: Path, most: int) -> str:

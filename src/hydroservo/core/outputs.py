@@ -98,12 +98,7 @@ def write_text(path: Path | str, text: str) -> Path:
 
 
 def written_or_kept(folder: Path, write: Callable[[Path], Sequence[Path]]) -> Sequence[Path]:
-    """Write files into a folder, all or none; if none, into a temporary folder that the error names.
-
-    Args:
-        folder: where they go.
-        write: writes them into a folder and returns which they are.
-    """
+    """Write files into a folder, all or none; if none, into a temporary folder that the error names."""
     try:
         return write(folder)
     except OutputError as error:

@@ -77,14 +77,6 @@ def factored(system: Block, t: float, x: Block, u: Any, f: Block, h: float) -> M
 
     J are the derivatives of the rates of a system by each number of its state, from forward differences. The
     matrix is split into triangles without pivoting; its diagonal holds reciprocals.
-
-    Args:
-        system: what has the rates ``deriv(t, x, u)``.
-        t: the time [s].
-        x: the state.
-        u: what is held of the command.
-        f: the rates there.
-        h: the step [s].
     """
     numbers, rates = values(x), values(f)
     n = len(numbers)

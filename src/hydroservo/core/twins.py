@@ -17,12 +17,7 @@ MADE = {"__new__", "__repr__", "__getnewargs__", "_make", "_replace", "_asdict"}
 
 
 class Twins:
-    """Makes the twins of blocks, classes and functions, each once.
-
-    Args:
-        operations: by the names that :mod:`hydroservo.core.ops` has.
-        number: what stands for ``float``.
-    """
+    """Makes the twins of blocks, classes and functions, each once."""
 
     def __init__(self, operations: SimpleNamespace, number: Callable[[Any], Any]) -> None:
         self.made: dict[Any, Any] = {}

@@ -30,12 +30,7 @@ def checked(block: Block, path: str = "") -> Block:
 
 
 def consistent(block: Block, path: str = "") -> None:
-    """Ask a block and all blocks nested in it that have a method ``check`` whether their numbers go together.
-
-    Args:
-        block: the block, its numbers in their ranges.
-        path: where it is, for the message.
-    """
+    """Ask a block, and all blocks nested in it, that have a method ``check`` whether their numbers agree."""
     for name, value in zip(block._fields, block, strict=True):
         if is_block(value):
             consistent(value, f"{path}.{name}" if path else name)

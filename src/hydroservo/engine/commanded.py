@@ -37,13 +37,7 @@ class StepLayout(NamedTuple):
 
 
 def step_layout(varied: Sequence[str], state: Block, command: str) -> StepLayout:
-    """Where a group of runs that differ in some numbers has its parts.
-
-    Args:
-        varied: paths of these numbers in the system.
-        state: of a run.
-        command: path in the state of what is given from outside.
-    """
+    """Where a group of runs that differ in some numbers has its parts."""
     paths = [path for path, _ in leaves(state)]
     sample = len(varied) + len(paths)
     return StepLayout(len(varied), len(varied) + paths.index(command), sample, sample + 1)

@@ -41,13 +41,7 @@ class DeviceKernel:
         self.function = driver_result(driver.cuModuleGetFunction(self.module, name.encode()))
 
     def launch(self, blocks: int, threads: int, arguments: Sequence[NDArray[Any]]) -> None:
-        """Runs blocks of threads, and waits for them.
-
-        Args:
-            blocks: how many.
-            threads: of each.
-            arguments: each as the memory that the kernel takes it from.
-        """
+        """Runs blocks of threads, and waits for them."""
         places = np.array([argument.ctypes.data for argument in arguments], dtype=np.uint64)
         size, shared, stream, extra = (blocks, 1, 1, threads, 1, 1), 0, 0, 0
         driver_result(driver.cuLaunchKernel(self.function, *size, shared, stream, places.ctypes.data, extra))

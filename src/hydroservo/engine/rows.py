@@ -16,10 +16,8 @@ Numbers = NDArray[np.float64]
 class CompiledRows:
     """What the method ``row`` of blocks of one shape returns, with the bits of plain Python.
 
-    Args:
-        blocks: they differ in their floats alone.
-        given: what the method takes, a block, for its types.
-        returned: what it returns, a block of floats, for its types.
+    The blocks differ in their floats alone; ``given`` and ``returned`` are of the types that it takes and
+    returns.
     """
 
     def __init__(self, blocks: Sequence[Block], given: Block, returned: Block) -> None:

@@ -44,11 +44,7 @@ class LoopEnds(NamedTuple):
 
 
 class Bindings:
-    """The variables of a function, from what each assignment reaches.
-
-    Args:
-        tree: the function.
-    """
+    """The variables of a function, from what each assignment reaches."""
 
     def __init__(self, tree: ast.FunctionDef) -> None:
         self.given: dict[int, BindingSite] = {}  # by the number of the node

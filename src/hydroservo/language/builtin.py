@@ -34,12 +34,6 @@ class Builtins:
     """Python's functions on the values of one function.
 
     Every method raises :class:`TranslationError` for what is not in the language.
-
-    Args:
-        translator: of all functions.
-        scope: of this one.
-        arithmetic: its operators.
-        items: gives the values of a tuple or record.
     """
 
     def __init__(

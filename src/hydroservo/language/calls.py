@@ -63,12 +63,6 @@ class Calls:
     """The calls of one function.
 
     Every method raises :class:`TranslationError` for what is not in the language.
-
-    Args:
-        translator: of all functions.
-        scope: of this one.
-        arithmetic: its operators.
-        constant: gives the value of something that a module holds, by name and module.
     """
 
     def __init__(

@@ -78,11 +78,7 @@ def fold_constants(given: Mapping[Function, Sequence[Any]]) -> None:
 
 
 class KnownValues:
-    """What is known of the values in some functions and in all that they call.
-
-    Args:
-        given: as for :func:`fold_constants`.
-    """
+    """What is known of the values in some functions and in all that they call."""
 
     def __init__(self, given: Mapping[Function, Sequence[Any]]) -> None:
         self.arguments: dict[tuple[Function, str], Any] = {}

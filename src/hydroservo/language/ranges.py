@@ -56,11 +56,7 @@ class Assigned(NamedTuple):
 
 
 class Ranges:
-    """The ranges of a function's whole numbers.
-
-    Args:
-        function: all of it, translated.
-    """
+    """The ranges of a function's whole numbers."""
 
     def __init__(self, function: Function) -> None:
         self.parameters = {name for name, kind in function.parameters if kind == INT}

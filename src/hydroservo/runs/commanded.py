@@ -122,12 +122,7 @@ class SteppedRuns:
         return self.steps.shown[:, [self.places[path] for path in paths]]
 
     def loop_of(self, chosen: int, seed: int) -> Loop:
-        """The loop with its law, one of the sets of parameters and a seed, to be simulated alone.
-
-        Args:
-            chosen: the number of the set.
-            seed: of the random numbers.
-        """
+        """The loop with its law, one of the sets of parameters and a seed, to be simulated alone."""
         own = {path: values[chosen].item() for path, values in self.own.items()}
         steps = {"simulation.substeps": self.loop.simulation.substeps}
         found: Loop = replace(self.given, own | steps | {SEED: seed})
@@ -139,13 +134,7 @@ class SteppedRuns:
         return self.steps.lost
 
     def begin(self, which: WholeNumbers, sets: WholeNumbers, seeds: WholeNumbers) -> None:
-        """Put some runs at their first sample, and measure there.
-
-        Args:
-            which: their numbers.
-            sets: the number of the set of parameters that each takes.
-            seeds: of the random numbers of each.
-        """
+        """Put some runs at their first sample, and measure there."""
         check_whole("which", which, self.steps.runs, np.size(which))
         check_whole("sets", sets, self.sets, np.size(which))
         check_whole("seeds", seeds, LARGEST_WHOLE, np.size(which))

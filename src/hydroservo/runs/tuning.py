@@ -242,16 +242,7 @@ class CandidateTable(NamedTuple):
 
 
 class GainSearch:
-    """One search, generation by generation.
-
-    Args:
-        aim: what is to be small.
-        space: the ranges.
-        generations: how many there will be.
-        threads: how many to use.
-        progress: called after each.
-        guard: the bounds to keep.
-    """
+    """One search, generation by generation."""
 
     def __init__(
         self,

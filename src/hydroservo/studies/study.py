@@ -266,12 +266,7 @@ def training_activity(table: "pd.DataFrame", reference: str) -> dict[str, float]
 
 
 class ProgressParts:
-    """Tells of parts of a work one after the other, as the fraction of the whole that is done.
-
-    Args:
-        tell: called with that fraction; None for nobody.
-        whole: how much there is.
-    """
+    """Tells of parts of a work one after the other, as the fraction of the whole that is done."""
 
     def __init__(self, tell: Callable[[float], None] | None, whole: int) -> None:
         self.tell, self.whole, self.before = tell, whole, 0

@@ -22,14 +22,7 @@ TWINCAT = '<TcPlcObject Version="1.1.0.1" ProductVersion="3.1.4024.0">'
 
 
 def plcopen_xml(name: str, mark: str, structures: Sequence[Structure], pous: Sequence[Pou]) -> str:
-    """A project in PLCopen XML, TC6 2.01.
-
-    Args:
-        name: of the project.
-        mark: what says that hydroservo wrote it.
-        structures: its types.
-        pous: its functions and function blocks.
-    """
+    """A project in PLCopen XML, TC6 2.01."""
     project = Element("project", xmlns=TC6)
     SubElement(
         project,
@@ -118,14 +111,7 @@ def add_documentation(parent: Element, text: str) -> None:
 def twincat_files(
     mark: str, hash_: str, structures: Sequence[Structure], pous: Sequence[Pou]
 ) -> dict[str, str]:
-    """Each type and each POU as TwinCAT has it in a file of its own, by file name.
-
-    Args:
-        mark: what says that hydroservo wrote it.
-        hash_: of the scenario, from which the objects' identities come.
-        structures: the types.
-        pous: the functions and function blocks.
-    """
+    """Each type and each POU as TwinCAT has it in a file of its own, by file name."""
     head = f"{HEAD.format(mark=mark)}{TWINCAT}"
     return {name: f"{head}\n{text}" for name, text in twincat_objects(hash_, structures, pous)}
 

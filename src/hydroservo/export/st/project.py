@@ -154,13 +154,6 @@ def write_st_project(
 ) -> list[Path]:
     """Write an export in Structured Text to a folder, and leave other files in it alone.
 
-    Args:
-        unit: the same in C.
-        module: what is exported.
-        vectors: its test vectors.
-        folder: missing ones are made.
-        proof: what was shown of the C.
-
     Returns:
         The paths written.
 

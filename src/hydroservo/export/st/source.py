@@ -181,12 +181,6 @@ def indent(line: str) -> int:
 def st_module(translation: Translation, needed: Liveness, unit: CModule, about: str) -> STModule:
     """A unit in Structured Text.
 
-    Args:
-        translation: its functions and records.
-        needed: what of them is needed.
-        unit: the same in C, whose numbers it has.
-        about: what it is, and where it comes from.
-
     Raises:
         TranslationError: a function has no Structured Text.
     """
