@@ -16,19 +16,11 @@ from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.signals import Demand, Measurement
 from hydroservo.cosimulation import refuse_fmus
 from hydroservo.engine.state_text import Made
+from hydroservo.export import parts
 from hydroservo.export.c.primitives import WRITTEN
 from hydroservo.export.c.source import SourceForm, source_texts
 from hydroservo.export.converted import ConvertedController, ConvertedHold, ConvertedState
 from hydroservo.export.counting import operation_count
-from hydroservo.export.parts import (
-    Command,
-    ConvertedEquationsUnit,
-    ExternalForce,
-    Instant,
-    MachineUnitState,
-    block_of,
-    with_its_substeps,
-)
 from hydroservo.export.st.primitives import WRITTEN as ST_WRITTEN
 from hydroservo.export.st.source import STModule, st_module
 from hydroservo.export.texts import checked_prefix, plain_title
@@ -47,12 +39,12 @@ from hydroservo.runs.steady import SIZES
 
 TAKES = {  # name and type of each argument of step besides the state
     Part.CONTROLLER: (("measurement", Measurement), ("demand", Demand)),
-    Part.MACHINE: (("command", Command), ("external", ExternalForce)),
+    Part.MACHINE: (("command", parts.Command), ("external", parts.ExternalForce)),
     Part.EQUATIONS: (
-        ("instant", Instant),
+        ("instant", parts.Instant),
         (INTEGRATED, MachineState),
-        ("command", Command),
-        ("external", ExternalForce),
+        ("command", parts.Command),
+        ("external", parts.ExternalForce),
     ),
     Part.DEMAND: (),
     Part.LOOP: (),
@@ -62,10 +54,10 @@ TAKES = {  # name and type of each argument of step besides the state
 PER_VOLT = "per_volt"
 CONVERTED: Mapping[type | None, tuple[str, ...]] = {  # which numbers are in the scenario's unit of commands
     Measurement: ("command",),
-    Command: ("u",),
-    MachineUnitState: ("command",),
+    parts.Command: ("u",),
+    parts.MachineUnitState: ("command",),
     ConvertedState: ("u",),
-    **dict.fromkeys((ConvertedController, ConvertedHold, ConvertedEquationsUnit), (PER_VOLT,)),
+    **dict.fromkeys((ConvertedController, ConvertedHold, parts.ConvertedEquationsUnit), (PER_VOLT,)),
 }
 STILL = 1e-6  # of a usual size: what a state has below it is rounding
 IN_ST = (Part.CONTROLLER, Part.DEMAND)
@@ -172,7 +164,7 @@ def ready_unit(
     if part not in (Part.CONTROLLER, Part.DEMAND):
         refuse_fmus(loop, f"write its {part} as C")
     loop = complete_loop(loop)
-    ready_loop = with_its_substeps(runnable_loop(loop)) if part in STEPPED else runnable_loop(loop)
+    ready_loop = parts.with_its_substeps(runnable_loop(loop)) if part in STEPPED else runnable_loop(loop)
     translation = translate_unit(ready_loop, part, prefix, written)
     first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures
     read, later = needed_by(translation, init=True), needed_by(translation, init=False)
@@ -234,7 +226,7 @@ def translate_unit(loop: Loop, part: Part, prefix: str, written: Mapping[Any, Ma
     """A unit's functions and records."""
     try:
         program = Program(written, prefix)
-        found = translation_of(program, block_of(loop, part), part, loop.controls.declared())
+        found = translation_of(program, parts.block_of(loop, part), part, loop.controls.declared())
     except RecursionError:
         raise LoopError(
             f"{part}: an expression nests too deeply to be translated; give names to parts of it"
@@ -308,7 +300,7 @@ def argument_signals(
             state = unit_signal(place, place, field, start)
             yield state._replace(integrated=True, nominal=nominal_size(largest, field.unit))
         else:
-            path = "controller.u" if owner.cls is Command else f"{argument}.{place}"
+            path = "controller.u" if owner.cls is parts.Command else f"{argument}.{place}"
             yield unit_signal(path, place, field, 0.0)
 
 

@@ -20,16 +20,8 @@ from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.commanded import SteppedRuns
 from hydroservo.runs.run import simulate
-from hydroservo.scenario import Assembly, assemble
+from hydroservo.scenario import Assembly, assemble, parameter_draws
 from hydroservo.scenario.other_tables import Deviation
-from hydroservo.scenario.parameter_draws import (
-    Columns,
-    assembly_of_loop,
-    draw_values,
-    loop_parameters,
-    uniform_numbers,
-    variations,
-)
 from hydroservo.scenario.ranges import as_entries, relative
 
 BEYOND = 10.0  # sizes, at which an observation is cut off
@@ -217,7 +209,7 @@ def environment_assembly(
             if value:
                 problem = "must be left out where scenario is a loop; pass it to load_scenario"
                 raise ParameterError(name, value, problem)
-        found = assembly_of_loop(source)
+        found = parameter_draws.assembly_of_loop(source)
     else:
         found = assemble(source, changes, plugins)
     meaning = found.loop.controls.declared().meaning
@@ -227,7 +219,7 @@ def environment_assembly(
     return found
 
 
-def draw_parameter_sets(scenario: Assembly, vary: Ranges | None, draws: int) -> Columns:
+def draw_parameter_sets(scenario: Assembly, vary: Ranges | None, draws: int) -> parameter_draws.Columns:
     """The sets of parameters that episodes have, by path in SI units; the scenario's seed says which.
 
     What the scenario's uncertainty names deviates by one factor a set, drawn evenly from -1 to 1 times its
@@ -237,15 +229,15 @@ def draw_parameter_sets(scenario: Assembly, vary: Ranges | None, draws: int) -> 
     whole_number("draws", draws, 1, MOST_DRAWS)
     seed, wide = scenario.loop.simulation.seed, largest_deviations(scenario)
     ranges = {path: relative(-abs(most), abs(most)) for path, most in wide.items() if path not in own}
-    together = uniform_numbers(seed, "uncertainty.scale", draws)
-    varied = variations(scenario, as_entries({**ranges, **own}))
+    together = parameter_draws.uniform_numbers(seed, "uncertainty.scale", draws)
+    varied = parameter_draws.variations(scenario, as_entries({**ranges, **own}))
     values = {}
     for one in varied:
-        share = uniform_numbers(seed, one.path, draws) if one.path in own else together
-        values[one.path], _ = draw_values(
+        share = parameter_draws.uniform_numbers(seed, one.path, draws) if one.path in own else together
+        values[one.path], _ = parameter_draws.draw_values(
             one, share if one.path in own or wide[one.path] > 0.0 else 1.0 - share
         )
-    return loop_parameters(scenario, varied, values)
+    return parameter_draws.loop_parameters(scenario, varied, values)
 
 
 def largest_deviations(scenario: Assembly) -> dict[str, float]:

@@ -8,14 +8,7 @@ from numpy.typing import NDArray
 from hydroservo._version import __version__
 from hydroservo.control import controlled
 from hydroservo.control.controlled.this_signal import ThisSignal
-from hydroservo.control.controllers import Saturation
-from hydroservo.control.controllers.state_space import (
-    MeasuredInput,
-    StateSpace,
-    StateWeights,
-    StateWeightsOfEach,
-    Weights,
-)
+from hydroservo.control.controllers import Saturation, state_space
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import leaves, values
 from hydroservo.core.errors import ParameterError, one_of, require
@@ -29,7 +22,7 @@ from hydroservo.scenario.scenario_files import nest_changes
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-STATES = len(StateWeights._fields)
+STATES = len(state_space.StateWeights._fields)
 DEMANDS = {  # inputs of a law by their names in python-control
     "reference_value": "demand",
     "reference_rate": "demand_rate",
@@ -152,7 +145,7 @@ def control_name(name: str) -> str:
     return "external_force" if name == "load.force" else name.replace(".", "_")
 
 
-def to_law(system: Any, loop: Loop, *, limit: float = 10.0) -> StateSpace:
+def to_law(system: Any, loop: Loop, *, limit: float = 10.0) -> state_space.StateSpace:
     """A sampled linear law of python-control as a law that a loop runs, tunes and exports.
 
     Its inputs are told by their names: ``reference_value``, ``reference_rate``, ``reference_second_rate``,
@@ -192,17 +185,17 @@ def to_law(system: Any, loop: Loop, *, limit: float = 10.0) -> StateSpace:
         asked = ", ".join(names[i] for i in measured)
         raise ParameterError("system", asked, f"are {len(measured)} measured signals; at most 3 are allowed")
     parts: dict[str, Any] = {
-        DEMANDS[name]: Weights(state_weights(b[:, i]), float(d[0, i]))
+        DEMANDS[name]: state_space.Weights(state_weights(b[:, i]), float(d[0, i]))
         for i, name in enumerate(names)
         if name in DEMANDS
     }
     for place, i in zip(PLACES, measured, strict=False):
-        parts[place] = MeasuredInput(signals[names[i]], state_weights(b[:, i]), float(d[0, i]))
-    rows = StateWeightsOfEach(*map(state_weights, a))
-    return StateSpace(rows, state_weights(c[0]), **parts, saturation=Saturation(limit))
+        parts[place] = state_space.MeasuredInput(signals[names[i]], state_weights(b[:, i]), float(d[0, i]))
+    rows = state_space.StateWeightsOfEach(*map(state_weights, a))
+    return state_space.StateSpace(rows, state_weights(c[0]), **parts, saturation=Saturation(limit))
 
 
-def to_scenario(law: StateSpace, base: str) -> str:
+def to_scenario(law: state_space.StateSpace, base: str) -> str:
     """The text of a scenario that builds on another one, with a law in place of that one's.
 
     Args:
@@ -214,7 +207,7 @@ def to_scenario(law: StateSpace, base: str) -> str:
     """
     import tomli_w
 
-    if not isinstance(law, StateSpace):
+    if not isinstance(law, state_space.StateSpace):
         raise ParameterError("law", law, "must be what to_law returned")
     signals = {place: getattr(law, place).signal for place in PLACES}
     types = {
@@ -248,6 +241,6 @@ def check_system(system: Any, period: float) -> Any:
     return system
 
 
-def state_weights(numbers: Matrix) -> StateWeights:
+def state_weights(numbers: Matrix) -> state_space.StateWeights:
     """Of up to eight states."""
-    return StateWeights(*numbers.tolist())
+    return state_space.StateWeights(*numbers.tolist())

@@ -9,21 +9,12 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from hydroservo.control.monitors.group import Usual
+from hydroservo.core import signals
 from hydroservo.core.block import Block, is_block, leaves, replace, values
 from hydroservo.core.curve import Curve
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.core.roles import Monitor, Reaching, Realisation, Start
-from hydroservo.core.signals import (
-    Demand,
-    Draws,
-    Feed,
-    MachineOutputs,
-    Measurement,
-    PortFlows,
-    Pressures,
-    VelocityError,
-)
 from hydroservo.core.states import filled
 from hydroservo.core.validation import consistent, in_range, within
 from hydroservo.machine.drives import ValveOnSupply, ValveOnSupplyState
@@ -164,13 +155,13 @@ SCALES = {
 }
 NEVER_NEGATIVE = {"D", "dt", "eps", "k", "mass", "rate", "stroke", "t", "tolerance"}
 RECORDS: dict[str, Any] = {
-    "y": Measurement,
-    "r": Demand,
-    "error": VelocityError,
-    "machine": MachineOutputs,
-    "seen": MachineOutputs,
-    "line": Pressures,
-    "flows": PortFlows,
+    "y": signals.Measurement,
+    "r": signals.Demand,
+    "error": signals.VelocityError,
+    "machine": signals.MachineOutputs,
+    "seen": signals.MachineOutputs,
+    "line": signals.Pressures,
+    "flows": signals.PortFlows,
 }
 
 
@@ -191,16 +182,16 @@ class Oscillator(NamedTuple):
         return np.inf
 
 
-def feeds(spread: ParameterSpread) -> SearchStrategy[Feed]:
+def feeds(spread: ParameterSpread) -> SearchStrategy[signals.Feed]:
     """What drives find at a valve and a supply."""
     ordinary = spread is ORDINARY
-    line = st.builds(Pressures, random_signal(4e6, ordinary), random_signal(1e5, ordinary))
+    line = st.builds(signals.Pressures, random_signal(4e6, ordinary), random_signal(1e5, ordinary))
     command, opening = (random_signal(SCALES[name], ordinary) for name in ("command", "opening"))
-    return st.builds(Feed, command, random_blocks(example(Orifice), spread), opening, line)
+    return st.builds(signals.Feed, command, random_blocks(example(Orifice), spread), opening, line)
 
 
 MADE: dict[str, Callable[[ParameterSpread], SearchStrategy[Any]]] = {
-    "draws": lambda _: st.builds(Draws, whole_below(2**53), whole_below(2**16), whole_below(2**53)),
+    "draws": lambda _: st.builds(signals.Draws, whole_below(2**53), whole_below(2**16), whole_below(2**53)),
     "model": lambda spread: random_blocks(example(DesignModel), spread),
     "mechanism": lambda spread: random_blocks(example(OneLinkArm), spread),
     "edges": lambda spread: random_blocks(example(Orifice), spread),

@@ -8,16 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from hydroservo.core.formatting import quantity, readable_unit
-from hydroservo.figures.studies.looks import (
-    FAMILIES,
-    INK,
-    SOFT,
-    NamedPoint,
-    family_colours,
-    fix_layout,
-    name_points,
-    plain_log,
-)
+from hydroservo.figures.studies import looks
 from hydroservo.figures.style import Plot, figure, style
 
 ACROSS = 4  # panels in a row
@@ -61,7 +52,7 @@ def plot_fronts(
 
     Dots are the points at which laws are compared.
     """
-    colours = dict(zip(named, cycle(FAMILIES), strict=False)) | {reference: INK}
+    colours = dict(zip(named, cycle(looks.FAMILIES), strict=False)) | {reference: looks.INK}
     across = min(ACROSS, len(panels))
     down = -(-len(panels) // across)
     errors = [ratio[0] for panel in panels for line in panel.lines for ratio in line.error]
@@ -71,9 +62,9 @@ def plot_fronts(
         fig = figure((HEIGHT if down > 1 else ALONE) * down + KEY)
         axes = fig.subplots(down, across, sharex=True, sharey=True, squeeze=False)
         for axis, panel in zip(axes.flat, panels, strict=False):
-            plain_log(axis.xaxis, levels[0] / MARGIN, levels[-1] * MARGIN)
-            plain_log(axis.yaxis, least / MARGIN**0.3, WORST)
-            axis.axhline(1.0, color=SOFT, linewidth=0.6, zorder=1)
+            looks.plain_log(axis.xaxis, levels[0] / MARGIN, levels[-1] * MARGIN)
+            looks.plain_log(axis.yaxis, least / MARGIN**0.3, WORST)
+            axis.axhline(1.0, color=looks.SOFT, linewidth=0.6, zorder=1)
             draw_lines(axis, panel.lines, colours)
             about = f"{quantity(panel.error, unit)} at {panel.activity:.2g} %/s"
             axis.set_title(f"{panel.title}\n{about}", fontsize=7.5, loc="left", linespacing=1.3)
@@ -85,7 +76,7 @@ def plot_fronts(
         for axis in axes[:, 0]:
             axis.set_ylabel(f"error over {reference}'s")
         fig.legend(handles=front_key(colours, pale), loc="outside lower center", ncols=4)
-        fix_layout(fig)
+        looks.fix_layout(fig)
     return fig
 
 
@@ -122,23 +113,23 @@ def plot_target(points: Sequence[TargetPoint], families: Sequence[str], metric: 
 
     A line shows the least error that is to be had for so many operations.
     """
-    colours = family_colours(families)
+    colours = looks.family_colours(families)
     label, factor = readable_unit(unit, max(point.error for point in points))
     errors, operations = [factor * point.error for point in points], [point.operations for point in points]
     steps = staircase(zip(operations, errors, strict=True))
     with style(maths=False):
         fig = figure(3.9)
         axis = fig.subplots()
-        plain_log(axis.xaxis, min(operations) / ABOUT_POINTS, max(operations) * ABOUT_POINTS)
-        plain_log(axis.yaxis, min(errors) / ABOUT_POINTS**0.5, max(errors) * ABOUT_POINTS**0.5)
-        axis.plot(*zip(*steps, strict=True), color=SOFT, linewidth=0.8, zorder=1)
+        looks.plain_log(axis.xaxis, min(operations) / ABOUT_POINTS, max(operations) * ABOUT_POINTS)
+        looks.plain_log(axis.yaxis, min(errors) / ABOUT_POINTS**0.5, max(errors) * ABOUT_POINTS**0.5)
+        axis.plot(*zip(*steps, strict=True), color=looks.SOFT, linewidth=0.8, zorder=1)
         for point, error in zip(points, errors, strict=True):
             axis.add_line(kind_mark(point.kind, colours[point.family], point.operations, error))
         axis.set_xlabel("operations with real numbers a sample, at most")
         axis.set_ylabel(f"{metric} [{label}]")
         fig.legend(handles=key_of_kinds(points, colours), loc="outside right upper", labelspacing=0.7)
-        names = [NamedPoint(one.law, one.operations, factor * one.error, INK) for one in points]
-        name_points(fig, axis, names, [], steps)
+        names = [looks.NamedPoint(one.law, one.operations, factor * one.error, looks.INK) for one in points]
+        looks.name_points(fig, axis, names, [], steps)
     return fig
 
 
@@ -164,7 +155,7 @@ def key_of_kinds(points: Sequence[TargetPoint], colours: dict[str, str]) -> list
     shown = [family for family in colours if any(point.family == family for point in points)]
     hues = [Line2D([], [], marker="o", linestyle="", color=colours[one], label=one) for one in shown]
     kinds = [kind for kind in KINDS if any(point.kind == kind for point in points)]
-    marks = [kind_mark(kind, SOFT, 0.0, 0.0) for kind in kinds]
+    marks = [kind_mark(kind, looks.SOFT, 0.0, 0.0) for kind in kinds]
     for one, kind in zip(marks, kinds, strict=True):
         one.set_label(KINDS[kind])
     return [*hues, Line2D([], [], linestyle="", label="in small motions"), *marks]

@@ -10,15 +10,7 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
 from matplotlib.patches import Rectangle
 
 from hydroservo.core.formatting import NONE, number
-from hydroservo.figures.studies.looks import (
-    INK,
-    SOFT,
-    family_colours,
-    fix_layout,
-    ink_on,
-    plain_log,
-    without_repetitions,
-)
+from hydroservo.figures.studies import looks
 from hydroservo.figures.style import PALETTE, Plot, figure, style
 
 LESS, MORE, TIE = PALETTE[0], PALETTE[1], "#8a939c"
@@ -59,20 +51,20 @@ def plot_forest(effects: Sequence[RatioLine], label: str, tie: float = 1.0, note
         fig = figure(0.75 + LINE * (0.8 * tallest + 0.2) * (len(effects) + 1))
         axis = fig.subplots()
         reach = axis_reach(effects)
-        plain_log(axis.xaxis, 1.0 / reach, reach, TICKS)
+        looks.plain_log(axis.xaxis, 1.0 / reach, reach, TICKS)
         axis.axvspan(1.0 / tie, tie, color=BAND, linewidth=0)
-        axis.axvline(1.0, color=INK, linewidth=0.8)
-        write_beside(axis, -1.0, "ratio [interval]", notes, SOFT)
+        axis.axvline(1.0, color=looks.INK, linewidth=0.8)
+        write_beside(axis, -1.0, "ratio [interval]", notes, looks.SOFT)
         for line, one in enumerate(effects):
             draw_effect(axis, line, one, reach)
-            write_beside(axis, line, ratio_with_interval(one), one.note, INK)
+            write_beside(axis, line, ratio_with_interval(one), one.note, looks.INK)
         axis.set_yticks(range(len(effects)), names)
         axis.set_ylim(len(effects) - 0.4, -1.4)
         axis.tick_params(axis="y", length=0)
         axis.grid(visible=False, axis="y")
         axis.spines["left"].set_visible(False)
         axis.set_xlabel(label)
-        fix_layout(fig)
+        looks.fix_layout(fig)
     return fig
 
 
@@ -140,19 +132,19 @@ def plot_distance(distances: Sequence[Distance], families: Sequence[str], causal
 
     Grey reaches to the limit of a command that knows only the past: no law can end inside it.
     """
-    colours = family_colours(families)
+    colours = looks.family_colours(families)
     finite = [one for line in distances for one in (line.value, line.high) if math.isfinite(one)]
     known = [*finite, *([] if math.isnan(causal) else [causal])]
     low, high = min([1.0, *known]), max([1.2, *known])
     with style(maths=False):
         fig = figure(0.75 + BAR * len(distances))
         axis = fig.subplots()
-        plain_log(axis.xaxis, low if low == 1.0 else low / BEYOND_BARS, BEYOND_BARS * high, most=10)
-        axis.axvline(1.0, color=INK, linewidth=0.8, zorder=4)
+        looks.plain_log(axis.xaxis, low if low == 1.0 else low / BEYOND_BARS, BEYOND_BARS * high, most=10)
+        axis.axvline(1.0, color=looks.INK, linewidth=0.8, zorder=4)
         if not math.isnan(causal):
             axis.axvspan(1.0, causal, color=CAUSAL, linewidth=0, zorder=0)
-            axis.axvline(causal, color=SOFT, linewidth=0.8)
-            axis.text(causal, -0.75, " causal limit", ha="left", va="bottom", fontsize=7.5, color=SOFT)
+            axis.axvline(causal, color=looks.SOFT, linewidth=0.8)
+            axis.text(causal, -0.75, " causal limit", ha="left", va="bottom", fontsize=7.5, color=looks.SOFT)
         for y, line in enumerate(distances):
             draw_bar(axis, y, line, colours[line.family])
         axis.set_ylim(len(distances) - 0.4, -0.7)
@@ -160,17 +152,17 @@ def plot_distance(distances: Sequence[Distance], families: Sequence[str], causal
         axis.tick_params(axis="y", length=0)
         axis.grid(visible=False, axis="y")
         axis.set_xlabel("error over that of the clairvoyant limit")
-        fix_layout(fig)
+        looks.fix_layout(fig)
     return fig
 
 
 def draw_bar(axis: Axes, y: int, line: Distance, colour: str) -> None:
     if not math.isfinite(line.value):
         text = "lost" if math.isinf(line.value) else NONE
-        axis.text(1.0, y, f" {text}", va="center", fontsize=7.5, color=SOFT)
+        axis.text(1.0, y, f" {text}", va="center", fontsize=7.5, color=looks.SOFT)
         return
     axis.barh(y, line.value - 1.0, left=1.0, height=0.6, color=colour, zorder=2)
-    axis.plot([line.low, line.high], [y, y], color=INK, linewidth=1.0, zorder=3)
+    axis.plot([line.low, line.high], [y, y], color=looks.INK, linewidth=1.0, zorder=3)
     axis.annotate(
         number(line.value),
         (max(line.value, line.high), y),
@@ -212,8 +204,8 @@ class FactorShare(NamedTuple):
 def plot_factorial(pairs: Sequence[Combination], parts: Sequence[FactorShare], label: str) -> Plot:
     """A table of laws by observers, coloured by their ratio, beside the shares of the factors."""
     laws, observers = (
-        without_repetitions(pair.law for pair in pairs),
-        without_repetitions(pair.observer for pair in pairs),
+        looks.without_repetitions(pair.law for pair in pairs),
+        looks.without_repetitions(pair.observer for pair in pairs),
     )
     with style(maths=False):
         fig = figure(0.75 + ROW * max(len(laws), len(parts)))
@@ -224,7 +216,7 @@ def plot_factorial(pairs: Sequence[Combination], parts: Sequence[FactorShare], l
             table = fig.subplots()
         draw_table(table, pairs, laws, observers)
         table.set_xlabel(label)
-        fix_layout(fig)
+        looks.fix_layout(fig)
     return fig
 
 
@@ -236,7 +228,7 @@ def draw_table(
         x, y = observers.index(pair.observer), laws.index(pair.law)
         colour = UNKNOWN if math.isnan(pair.value) else to_hex(RATIOS(norm(min(pair.value, WIDEST))))
         axis.add_patch(Rectangle((x - 0.5, y - 0.5), 1.0, 1.0, facecolor=colour, edgecolor="white"))
-        ink = ink_on(colour)
+        ink = looks.ink_on(colour)
         axis.text(
             x, y - 0.2 if beneath_text(pair) else y, ratio_text(pair), ha="center", va="center", color=ink
         )
@@ -287,5 +279,5 @@ def draw_factor_shares(axis: Axes, parts: Sequence[FactorShare]) -> None:
     axis.set_yticks(range(len(parts)), [part.factor for part in parts])
     axis.tick_params(axis="y", length=0)
     axis.grid(visible=False, axis="y")
-    axis.spines["left"].set_color(SOFT)
+    axis.spines["left"].set_color(looks.SOFT)
     axis.set_xlabel("share of the variation\nof log error [%]")
