@@ -115,7 +115,7 @@ def test_a_folder_of_another_batch_is_refused_and_left(tmp_path, change, said):
 def test_a_folder_of_another_version_is_refused_and_left(tmp_path, monkeypatch):
     succeeded(*BATCH, "--out", f"{tmp_path}/")
     before = contents(tmp_path)
-    monkeypatch.setattr("hydroservo.work.store.__version__", "9.9.9")
+    monkeypatch.setattr("hydroservo.work.units.__version__", "9.9.9")
     assert failed(*BATCH, "--out", f"{tmp_path}/") == (
         f"hydroservo: {tmp_path}/batch.json: is of version 0.1.0 of hydroservo, and this is version 9.9.9; "
         "give another --out\n"

@@ -13,7 +13,7 @@ from hydroservo import load_scenario, simulate
 from hydroservo.figures.run import plot_comparison
 from hydroservo.figures.style import fit_width, style
 from hydroservo.show.files import foreign_files
-from hydroservo.show.latex import latex_label
+from hydroservo.show.table import latex_label
 from tests.support.commands.runner import QUICK, SHORT, failed, succeeded
 from tests.support.needs import needs
 from tests.support.reports import check_report, page, text_of

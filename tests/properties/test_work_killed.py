@@ -13,7 +13,7 @@ import psutil
 import pytest
 
 from hydroservo.work.execution import do_units
-from hydroservo.work.store import UnitStore
+from hydroservo.work.units import UnitStore
 from tests.support.commands.processes import needs_posix
 from tests.support.work.clusters import cluster, replaced
 from tests.support.work.units import MANIFEST, contents, units

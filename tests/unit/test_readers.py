@@ -16,7 +16,7 @@ from hydroservo.cosimulation.fmu import read_fmu
 from hydroservo.identification.log import read_log
 from hydroservo.scenario import load_plugin, load_scenario
 from hydroservo.scenario.records import binary
-from hydroservo.work.store import manifest_in
+from hydroservo.work.units import manifest_in
 from tests.support.commands.processes import needs_posix
 
 TIME = np.arange(40) * 1e-3

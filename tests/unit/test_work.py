@@ -15,10 +15,9 @@ from hydroservo import ParameterError
 from hydroservo._version import __version__
 from hydroservo.core.errors import HydroservoError
 from hydroservo.core.outputs import PREFIX, OutputError, staged
-from hydroservo.work import store as module
+from hydroservo.work import units as module
 from hydroservo.work.execution import MOST_DEATHS, UnitsError, do_units
-from hydroservo.work.store import UnitStore, manifest_in
-from hydroservo.work.unit import DIGITS, unit_address
+from hydroservo.work.units import DIGITS, UnitStore, manifest_in, unit_address
 from tests.support.commands.processes import needs_posix
 from tests.support.work.units import (
     MANIFEST,

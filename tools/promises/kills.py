@@ -135,7 +135,7 @@ def killed(begun: Started) -> None:
 
 def watched(command: Command, pipe: int, number: int) -> None:
     """Report to a pipe each call that changes a file, that of a number with another word, and parts done."""
-    from hydroservo.work.store import UnitStore
+    from hydroservo.work.units import UnitStore
 
     command.prepare()
     seen = 0

@@ -19,7 +19,7 @@ from matplotlib.text import Text
 from hydroservo.core.errors import ParameterError
 from hydroservo.core.outputs import atomic_path
 from hydroservo.show.journal import TEX, FigureWidth
-from hydroservo.show.latex import latex_escaped, latex_label
+from hydroservo.show.table import latex_escaped, latex_label
 
 MEASURED: Literal["center_baseline"] = "center_baseline"  # of numbers at an axis
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.

@@ -22,6 +22,10 @@ from hydroservo.show.finding import title_of
 if TYPE_CHECKING:
     import xarray as xr
 
+    from hydroservo.figures.style import Plot
+
+    Run = Trace | xr.Dataset
+
 VAPOUR = 1e4  # [Pa] absolute, down to which oil may lose air without losing its flow; chosen here
 LONG = 0.01  # s of low pressure that are worth a sentence
 
@@ -106,13 +110,6 @@ def law_types(table: Mapping[str, Any]) -> list[str]:
     inner = table.get("controller")
     return [str(table["type"]), *(law_types(inner) if isinstance(inner, Mapping) else [])]
 
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from hydroservo.figures.style import Plot
-
-    Run = Trace | xr.Dataset
 
 OF_JUMPS = ("settling_time", "overshoot", "demand_jumps")  # metrics that say nothing of a demand without any
 CAPTION = "What is controlled and its demand, error and command; then pressures and estimates, if any."

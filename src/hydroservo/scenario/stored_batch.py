@@ -33,8 +33,7 @@ from hydroservo.scenario.parameter_draws import Columns, Drawn, Variation, check
 from hydroservo.show.files import as_json
 from hydroservo.work.cores import checked_count
 from hydroservo.work.execution import do_units
-from hydroservo.work.store import PARTS, UnitStore, manifest_in
-from hydroservo.work.unit import Say, WorkUnit, unit_address
+from hydroservo.work.units import PARTS, Say, UnitStore, WorkUnit, manifest_in, unit_address
 
 if TYPE_CHECKING:
     import pyarrow as pa

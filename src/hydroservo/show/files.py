@@ -12,8 +12,7 @@ from hydroservo.core.errors import HydroservoError
 from hydroservo.core.outputs import digests, file_names_in, staged, write_text
 from hydroservo.show.finding import Finding, Picture
 from hydroservo.show.journal import NO_JOURNAL, Journal, with_decimal_commas
-from hydroservo.show.latex import latex_of
-from hydroservo.show.table import Table, csv_of, note_of, texts_of
+from hydroservo.show.table import Table, csv_of, latex_of, note_of, texts_of
 
 if TYPE_CHECKING:
     import jinja2

@@ -29,13 +29,13 @@ from hydroservo.studies.law_standing import OF_LIMITS
 from hydroservo.studies.laws import TunableLaw, tunable_law
 from hydroservo.studies.search import search_table
 from hydroservo.studies.spec import AxisLevel, LawSpec, StudySpec
-from hydroservo.work.unit import WorkUnit, unit_address
+from hydroservo.work.units import WorkUnit, unit_address
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
 
-    from hydroservo.work.store import UnitStore
+    from hydroservo.work.units import UnitStore
 
 SLACK = 1.25  # beyond the first and the last level, that a search goes
 METRIC = "rms_error"  # the one that limits are of

@@ -19,13 +19,13 @@ from hydroservo.linear import Margins, margins
 from hydroservo.runs.provenance import canonical_toml
 from hydroservo.studies.cells import LawInCell
 from hydroservo.studies.fronts import level_name
-from hydroservo.work.unit import WorkUnit, unit_address
+from hydroservo.work.units import WorkUnit, unit_address
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
 
-    from hydroservo.work.store import UnitStore
+    from hydroservo.work.units import UnitStore
 
 DIGITS = 5  # that are kept: behind them processors differ in their linear algebra
 DOUBLE = 8  # bytes

@@ -38,7 +38,7 @@ from hydroservo.studies.trials import GAINS, Rules, judged_columns
 from hydroservo.studies.verdicts import Verdicts, study_verdicts
 from hydroservo.work.execution import do_units
 from hydroservo.work.notebook_bar import shows_progress
-from hydroservo.work.store import UnitStore, manifest_in
+from hydroservo.work.units import UnitStore, manifest_in
 
 if TYPE_CHECKING:
     import pandas as pd

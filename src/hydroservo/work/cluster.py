@@ -12,7 +12,7 @@ from typing import Any
 
 from hydroservo._version import __version__
 from hydroservo.core.errors import HydroservoError, clipped, require
-from hydroservo.work.unit import Failure, Say, UnitAnswers, WorkUnit, answer_to
+from hydroservo.work.units import Failure, Say, UnitAnswers, WorkUnit, answer_to
 
 PATIENCE = 10  # s, for a scheduler to answer
 AHEAD = 3  # units that each thread of a worker is given, so that it never waits for the next

@@ -18,8 +18,7 @@ from hydroservo._version import __version__
 from hydroservo.core.errors import HydroservoError, clipped
 from hydroservo.core.outputs import temporary_folder
 from hydroservo.work.cores import checked_count
-from hydroservo.work.store import UnitStore
-from hydroservo.work.unit import Failure, Say, UnitAnswer, UnitAnswers, WorkUnit, answer_to
+from hydroservo.work.units import Failure, Say, UnitAnswer, UnitAnswers, UnitStore, WorkUnit, answer_to
 
 MOST_DEATHS = 3  # of processes that did one unit, which then is taken for their cause
 BLAS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")

@@ -15,8 +15,7 @@ import pyarrow as pa
 
 from hydroservo.core.errors import HydroservoError
 from hydroservo.work.execution import do_units
-from hydroservo.work.store import UnitStore
-from hydroservo.work.unit import WorkUnit, unit_address
+from hydroservo.work.units import UnitStore, WorkUnit, unit_address
 
 MANIFEST = "units.json"
 SECONDS = 0.05  # that a unit takes

@@ -10,8 +10,7 @@ import pytest
 from hydroservo.core.formatting import MINUS, NONE, TIMES, Scale
 from hydroservo.show import UNIT, Cell, Column, Finding, Line, Mark, Table
 from hydroservo.show.html import html_of
-from hydroservo.show.latex import SPECIAL, in_one_line, latex_escaped, latex_of
-from hydroservo.show.table import csv_of, texts_of
+from hydroservo.show.table import SPECIAL, csv_of, in_one_line, latex_escaped, latex_of, texts_of
 from hydroservo.show.terminal import show_finding
 
 METRICS = Table(

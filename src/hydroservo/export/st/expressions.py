@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from functools import cache
 
 from hydroservo.export.layout import INDENT, ST, split_statement
-from hydroservo.export.st.names import unused_name
-from hydroservo.export.st.numbers import literal_of
+from hydroservo.export.st.names import literal_of, unused_name
 from hydroservo.export.st.pou import Declaration, remark
 from hydroservo.export.st.primitives import NO_ARGUMENT
 from hydroservo.export.st.writer import ATOM, UNARY, STWriter

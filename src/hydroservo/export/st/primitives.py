@@ -9,7 +9,7 @@ from hydroservo.core.ops import basic, binary, portable, random
 from hydroservo.engine import state_text
 from hydroservo.export import parts
 from hydroservo.export.c.primitives import always, numbers
-from hydroservo.export.st.numbers import BEYOND
+from hydroservo.export.st.names import BEYOND
 from hydroservo.export.st.pou import Declaration, Pou
 from hydroservo.language import functions
 from hydroservo.language.scope import TranslationError

@@ -12,8 +12,7 @@ from hydroservo.core.errors import ParameterError
 from hydroservo.core.outputs import check_outputs, staged, write_text
 from hydroservo.export.layout import INDENT, ST, split_statement
 from hydroservo.export.st.exchange import plcopen_xml, twincat_files
-from hydroservo.export.st.names import unused_name
-from hydroservo.export.st.numbers import BEYOND, literal_of, parts_of
+from hydroservo.export.st.names import BEYOND, literal_of, parts_of, unused_name
 from hydroservo.export.st.pou import Declaration, Pou, block_comment
 from hydroservo.export.st.primitives import text_function, with_callees
 from hydroservo.export.st.source import REALS, STModule

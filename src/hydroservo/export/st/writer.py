@@ -5,8 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from hydroservo.core.field import Field
 from hydroservo.export.single import SINGLE
-from hydroservo.export.st.names import unused_name
-from hydroservo.export.st.numbers import literal_of, parts_of
+from hydroservo.export.st.names import literal_of, parts_of, unused_name
 from hydroservo.export.st.pou import Declaration, Pou, Structure, remark
 from hydroservo.export.st.primitives import TEXTS, text_function, with_callees
 from hydroservo.export.translation import UnitWriter, about_record
