@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from numbers import Real
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeGuard
 
 from hydroservo.core.command_scale import in_command_unit
 
@@ -159,6 +160,11 @@ def cells_of(values: Iterable[float], scale: Scale) -> list[str]:
 def counted(count: int, noun: str) -> str:
     """So many of something, such as "1 run" and "1,000 runs"."""
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
+def is_number(value: object) -> TypeGuard[int | float]:
+    """True for an integer or a float; a truth value is not a number here."""
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def yes_or_no(flag: object) -> str:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from hydroservo.control.metrics import declared_metrics, judged_by, monitors_of
 from hydroservo.core.block import Block, field_at, value_at
 from hydroservo.core.errors import ParameterError, one_of
 from hydroservo.core.field import Field
+from hydroservo.core.formatting import is_number
 from hydroservo.core.validation import checked, whole_number, within
 from hydroservo.runs.arguments import check_one_signal
 from hydroservo.runs.batch import simulate_batch
@@ -105,8 +105,7 @@ def finite_numbers(value: object) -> tuple[float, ...]:
 
 
 def is_finite(value: Any) -> bool:
-    number = isinstance(value, Real) and not isinstance(value, bool)
-    return number and bool(abs(value) < LARGEST)
+    return is_number(value) and bool(abs(value) < LARGEST)
 
 
 def check_ranges(loops: Sequence[Loop], ranges: Mapping[str, tuple[float, float]]) -> None:

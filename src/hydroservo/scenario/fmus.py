@@ -85,10 +85,7 @@ def fmu_class(role: Any, table: LayeredTable) -> type[Block]:
     entry, signals = table.entry("file"), SIGNALS[role]
     fmu = allowed_fmu(entry)
     named = table.table("signals")
-    known = {**signals.inputs, **signals.outputs}
-    for name in named.names():
-        if name not in known:
-            raise named.entry(name).unknown(name, known)
+    named.check_keys({**signals.inputs, **signals.outputs})
     inputs, outputs = (
         tuple(wires_of_side(fmu, named, side, signals.others, kinds))
         for side, kinds in ((signals.inputs, ("input",)), (signals.outputs, ANSWERED))

@@ -80,9 +80,7 @@ def metrics_in(table: LayeredTable, loop: Loop) -> Block:
 
 def full_scale_in(table: LayeredTable) -> CommandScale:
     """What a table ``[command]`` says with ``full_scale = "40 mA"``; volts without one."""
-    for name in table.names():
-        if name != FULL_SCALE:
-            raise table.entry(name).unknown(name, [FULL_SCALE])
+    table.check_keys([FULL_SCALE])
     if not table.has(FULL_SCALE):
         return VOLTS
     entry = table.entry(FULL_SCALE)
@@ -112,9 +110,7 @@ def full_scale_unit(value: object) -> str | None:
 def log_columns(scenario: LayeredTable) -> dict[str, TableEntry]:
     """The columns of signals that the table names, as ``velocity = "v_piston [mm/s]"``, and the period."""
     table = scenario.table("identify")
-    for name in table.names():
-        if name not in KEYS:
-            raise table.entry(name).unknown(name, KEYS)
+    table.check_keys(KEYS)
     columns = table.table(COLUMNS)
     found = {name: columns.entry(name) for name in columns.names()}
     for name, entry in found.items():

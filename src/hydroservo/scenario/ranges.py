@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Collection, Iterable, Mapping
-from numbers import Real
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +9,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.block import Block, field_at, is_block, leaves
 from hydroservo.core.errors import ScenarioError, nearest, one_of, short
 from hydroservo.core.field import Field
-from hydroservo.core.formatting import KELVIN, Scale
+from hydroservo.core.formatting import KELVIN, Scale, is_number
 from hydroservo.core.validation import allowed, within
 from hydroservo.runs.columns import SEED
 from hydroservo.scenario.quantities import si_value, unit_factor
@@ -98,7 +97,7 @@ def both_ends(entry: TableEntry, field: Field, nominal: float | None) -> tuple[f
 def parse_ends(entry: TableEntry, field: Field, nominal: float | None) -> tuple[float, float]:
     """Both ends of a range in SI units, as they are given."""
     value = entry.value
-    if isinstance(value, tuple) and len(value) == 2 and all(map(is_real_number, value)):
+    if isinstance(value, tuple) and len(value) == 2 and all(map(is_number, value)):
         low, high = map(float, value)
         check_order(low, high, *value)
         if not isinstance(value, Relative):
@@ -127,10 +126,6 @@ def check_order(low: float, high: float, first: object, last: object) -> None:
     """Refuse a range whose ends are the wrong way round."""
     if low > high:
         raise ValueError(f"{short(first)} is more than {short(last)}, its upper end")
-
-
-def is_real_number(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def middle_value(field: Field, nominal: float | None) -> float:

@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -71,6 +71,12 @@ class LayeredTable(NamedTuple):
     def names(self) -> list[str]:
         """The keys in any layer, those of the lowest first."""
         return list(dict.fromkeys(name for layer in reversed(self.layers) for name in layer.given))
+
+    def check_keys(self, known: Collection[str]) -> None:
+        """Refuse a key that is none of those."""
+        for name in self.names():
+            if name not in known:
+                raise self.entry(name).unknown(name, known)
 
     def has(self, name: str) -> bool:
         return any(name in layer.given for layer in self.layers)

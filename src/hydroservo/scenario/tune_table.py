@@ -73,10 +73,7 @@ def tune_search(scenario: LayeredTable, loop: Loop, arguments: Mapping[str, obje
     of, because a layer above gives a block along it a type.
     """
     table = scenario.table("tune")
-    keys = ("vary", "scenarios", *PARTS)
-    for name in table.names():
-        if name not in keys:
-            raise table.entry(name).unknown(name, keys)
+    table.check_keys(("vary", "scenarios", *PARTS))
     floats = {path for path, value in leaves(loop) if isinstance(value, float)}
     entries = dict(table.table("vary").entries())
     ranges: dict[str, SearchedRange] = {}

@@ -6,12 +6,22 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
-from numbers import Integral, Real
+from numbers import Integral
 from types import MappingProxyType
-from typing import NamedTuple, TypeGuard
+from typing import NamedTuple
 
 from hydroservo.core.command_scale import in_command_unit
-from hydroservo.core.formatting import MINUS, NONE, Scale, brief, scale_of, scales_of, with_label, yes_or_no
+from hydroservo.core.formatting import (
+    MINUS,
+    NONE,
+    Scale,
+    brief,
+    is_number,
+    scale_of,
+    scales_of,
+    with_label,
+    yes_or_no,
+)
 
 CellValue = str | float | int | bool | None
 
@@ -100,7 +110,7 @@ def texts_of(table: Table) -> TableTexts:
         (column.unit or cell.unit, [cell.value])
         for row in table.rows
         for column, cell in zip(columns, row, strict=True)
-        if is_numeric(cell.value)
+        if is_number(cell.value)
     ]
     scales = scales_of([*numbers, *((one.unit, ()) for one in columns)], table.typed)
     own = [scales[one.unit] if one.unit else None for one in columns]
@@ -117,7 +127,7 @@ def texts_of(table: Table) -> TableTexts:
                 texts.append(scales[unit].label)
             elif scale:
                 texts.append(text_of(cell.value, scale, column.digits))
-            elif UNIT in columns and cell.unit == unit and is_numeric(cell.value):
+            elif UNIT in columns and cell.unit == unit and is_number(cell.value):
                 texts.append(text_of(cell.value, scales[unit], column.digits))
             else:
                 texts.append(text_with_unit(cell, column.digits))
@@ -137,15 +147,11 @@ def unit_of_row(table: Table, row: Sequence[Cell]) -> str:
     """The SI unit that the column ``UNIT`` says of a row: the first that a number in it has."""
     if UNIT not in table.columns:
         return ""
-    return next((cell.unit for cell in row if cell.unit and is_numeric(cell.value)), "")
-
-
-def is_numeric(value: CellValue) -> TypeGuard[int | float]:
-    return isinstance(value, Real) and not isinstance(value, bool)
+    return next((cell.unit for cell in row if cell.unit and is_number(cell.value)), "")
 
 
 def ends_right(table: Table, j: int) -> bool:
-    return table.columns[j].right or any(is_numeric(row[j].value) for row in table.rows)
+    return table.columns[j].right or any(is_number(row[j].value) for row in table.rows)
 
 
 def text_of(value: CellValue, scale: Scale, digits: int) -> str:
@@ -163,7 +169,7 @@ def text_of(value: CellValue, scale: Scale, digits: int) -> str:
 
 def text_with_unit(cell: Cell, digits: int) -> str:
     """A value with its unit behind it."""
-    if not is_numeric(cell.value) or math.isnan(cell.value):
+    if not is_number(cell.value) or math.isnan(cell.value):
         return text_of(cell.value, Scale("", 1.0), digits)
     scale = scale_of([cell.value], cell.unit)
     return with_label(text_of(cell.value, scale, digits), scale.label)
@@ -192,7 +198,7 @@ def csv_of(table: Table) -> str:
 
 def shared_unit(table: Table, j: int) -> str:
     """The unit of all numbers of a column, where no column ``UNIT`` says it."""
-    units = {row[j].unit for row in table.rows if is_numeric(value := row[j].value) and not math.isnan(value)}
+    units = {row[j].unit for row in table.rows if is_number(value := row[j].value) and not math.isnan(value)}
     return units.pop() if len(units) == 1 and UNIT not in table.columns else ""
 
 
@@ -201,7 +207,7 @@ def exact_text(cell: Cell, own: str, of_row: str) -> str:
     value = cell.value
     if isinstance(value, bool):
         return str(int(value))
-    if not is_numeric(value) or math.isnan(value):
+    if not is_number(value) or math.isnan(value):
         return value if isinstance(value, str) else ""
     unit, factor = in_command_unit(cell.unit or own)
     number = int(value) if isinstance(value, Integral) and factor == 1.0 else factor * float(value)

@@ -1,11 +1,11 @@
 """Studies from their files, each value checked where it stands."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from numbers import Real
 from pathlib import Path
 from typing import Any
 
 from hydroservo.core.errors import ParameterError, ScenarioError, one_of
+from hydroservo.core.formatting import is_number
 from hydroservo.core.validation import whole_number
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.scenario_files import layered_table, locate_source, named_source, nest_changes
@@ -25,13 +25,6 @@ LARGEST_NUMBER = 1e300
 FILE = "file"  # key of a recorded signal
 LEVELS = (0.5, 1.0, 2.0, 4.0, 8.0)
 NAME = "abcdefghijklmnopqrstuvwxyz0123456789-"  # of laws, levels and kinds: they name files
-
-
-def known_keys(table: LayeredTable, allowed: Sequence[str]) -> None:
-    """Refuse a key that a table does not have."""
-    for name in table.names():
-        if name not in allowed:
-            raise table.entry(name).unknown(name, allowed)
 
 
 def text_at(table: LayeredTable, name: str, default: str | None = None) -> str:
@@ -83,20 +76,16 @@ def number_list_at(
         return list(default)
     entry = table.entry(name)
     found = entry.value
-    real = isinstance(found, list) and all(map(is_real, found))
+    real = isinstance(found, list) and all(map(is_number, found))
     if not real or not found or not all(low <= one <= high for one in found) or sorted(set(found)) != found:
         raise entry.error(f"must be a list of numbers from {low:g} to {high:g}, the smallest first")
     return [float(one) for one in found]
 
 
-def is_real(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
-
-
 def number_of(entry: TableEntry) -> float:
     """A finite number."""
     value = entry.value
-    if not is_real(value) or not -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
+    if not is_number(value) or not -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
         raise entry.error(f"must be a number from {-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}")
     return float(value)
 
@@ -123,7 +112,7 @@ def read_study(source: str | Path, changes: Mapping[str, object] | None = None) 
     overrides = Layer(FileOrigin(f"{origin.name}, overridden", Path()), nest_changes(changes or {}))
     top = LayeredTable("", (overrides, Layer(origin, parse_toml(content, origin.name))))
     keys = ("title", "base", "plugins", "set", "metric", "reference", "known")
-    known_keys(top, (*keys, "laws", "observers", "axes", "conditions", "search", "limits"))
+    top.check_keys((*keys, "laws", "observers", "axes", "conditions", "search", "limits"))
     observers = {
         name: observer_choice(top.table("observers").table(name)) for name in table_names(top, "observers")
     }
@@ -199,14 +188,14 @@ def laws_in_table(
 ) -> Iterator[LawSpec]:
     """One table of laws: a law with each of its observers, or one of those before without a part."""
     if table.has("of"):
-        known_keys(table, ("of", "without", "set", "unwrapped", "wrapped"))
+        table.check_keys(("of", "without", "set", "unwrapped", "wrapped"))
         of = text_at(table, "of")
         if of not in before:
             raise table.entry("of").error(f"must be a law before it; it {one_of(of, tuple(before))}")
         whole_law = before[of]._replace(name=name, of=of, without=text_at(table, "without"))
         yield with_table_changes(whole_law, table)
         return
-    known_keys(table, ("scenario", "family", "set", "observers", "of", "unwrapped", "wrapped"))
+    table.check_keys(("scenario", "family", "set", "observers", "of", "unwrapped", "wrapped"))
     scenario, family = scenario_at(table, "scenario"), text_at(table, "family", name)
     plain = with_table_changes(LawSpec(name, family, scenario, {}, "", "", "", False, {}), table)
     chosen = texts_at(table, "observers", observers)
@@ -242,7 +231,7 @@ def flag_at(table: LayeredTable, name: str, default: bool) -> bool:
 
 def observer_choice(table: LayeredTable) -> ObserverChoice:
     """An observer that laws are given."""
-    known_keys(table, ("set", "vary", "drop"))
+    table.check_keys(("set", "vary", "drop"))
     changes = changes_in(table, "set")
     if "type" not in changes:
         raise table.error("needs set.type, the observer's")
@@ -250,7 +239,7 @@ def observer_choice(table: LayeredTable) -> ObserverChoice:
 
 
 def map_axis(table: LayeredTable) -> MapAxis:
-    known_keys(table, ("label", "levels"))
+    table.check_keys(("label", "levels"))
     levels = table.table("levels")
     name = table.path.rpartition(".")[2]
     found = [axis_level(levels.table(one)) for one in table_names(table, "levels")]
@@ -260,7 +249,7 @@ def map_axis(table: LayeredTable) -> MapAxis:
 
 
 def axis_level(table: LayeredTable) -> AxisLevel:
-    known_keys(table, ("label", "value", "set", "vary"))
+    table.check_keys(("label", "value", "set", "vary"))
     name = table.path.rpartition(".")[2]
     value = None
     if table.has("value"):
@@ -273,7 +262,7 @@ def axis_level(table: LayeredTable) -> AxisLevel:
 def condition_plan(table: LayeredTable) -> ConditionPlan:
     """What is drawn, and how often; where the file is silent, the defaults."""
     splits = ("train", "validation", "test")
-    known_keys(table, ("seed", *splits, "stress", "stressed", "vary", "kinds"))
+    table.check_keys(("seed", *splits, "stress", "stressed", "vary", "kinds"))
     counts = {
         name: whole_at(table, name, 1, 100_000, few) for name, few in zip(splits, (8, 8, 200), strict=True)
     }
@@ -292,13 +281,13 @@ def condition_plan(table: LayeredTable) -> ConditionPlan:
 
 
 def condition_kind(table: LayeredTable) -> ConditionKind:
-    known_keys(table, ("set", "vary"))
+    table.check_keys(("set", "vary"))
     return ConditionKind(table.path.rpartition(".")[2], changes_in(table, "set"), entries_at(table, "vary"))
 
 
 def search_plan(table: LayeredTable) -> SearchPlan:
     """How gains are searched; where the file is silent, the defaults."""
-    known_keys(table, ("candidates", "seeds", "step", "levels", "widen"))
+    table.check_keys(("candidates", "seeds", "step", "levels", "widen"))
     return SearchPlan(
         candidates_in(table),
         whole_at(table, "seeds", 1, 1000, 1),
@@ -340,5 +329,5 @@ def step_in(table: LayeredTable) -> float | None:
 
 def limit_count(table: LayeredTable, most: int) -> int:
     """Of how many test conditions limits are sought; where the file is silent, of none."""
-    known_keys(table, ("conditions",))
+    table.check_keys(("conditions",))
     return whole_at(table, "conditions", 0, most, 0)
