@@ -46,14 +46,6 @@ STATES: dict[Any, tuple[str, ...]] = {  # the numbers that others read in the st
 }
 
 
-def with_checked_returns(loop: Loop) -> Loop:
-    """A loop for plain Python whose blocks raise a LoopError once a method returns what its role does not."""
-    parts: dict[str, Any] = {
-        name: CheckedReturns(getattr(loop, name), role, name) for name, role in loop_roles().items()
-    }
-    return loop._replace(**parts)
-
-
 @cache
 def loop_roles() -> dict[str, type]:
     """The role of each block of a loop, by its name there."""
@@ -160,7 +152,10 @@ def first_state(loop: Loop) -> Block:
 
 def check_returns(loop: Loop) -> None:
     """Name the method that returns what its role does not, where there is one."""
-    judged = with_checked_returns(loop)
+    parts: dict[str, Any] = {
+        name: CheckedReturns(getattr(loop, name), role, name) for name, role in loop_roles().items()
+    }
+    judged = loop._replace(**parts)
     try:
         state = judged.init()
         after = judged.sample(state, 0.0, loop.simulation.period)

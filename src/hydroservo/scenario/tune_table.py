@@ -141,7 +141,10 @@ def checked_part(name: str, value: object, count: int, loops: Sequence[Loop]) ->
     if name == "weights":
         return checked_weights(value, count, "scenario")
     if name == "scales":
-        return checked_scales(value)
+        found = finite_numbers(value)
+        if not found or len(set(found)) < len(found):
+            raise ParameterError("scales", value, "must be different numbers")
+        return found
     if name == "metric":
         metric_field(loops, value)
         return value
@@ -152,14 +155,6 @@ def checked_part(name: str, value: object, count: int, loops: Sequence[Loop]) ->
             raise ParameterError(name, value, "must be true or false")
         return value
     return checked_effort(value) if name == "effort" else checked_whole(name, value)
-
-
-def checked_scales(value: object) -> tuple[float, ...]:
-    """Scales of an uncertainty."""
-    found = finite_numbers(value)
-    if not found or len(set(found)) < len(found):
-        raise ParameterError("scales", value, "must be different numbers")
-    return found
 
 
 def checked_limit(name: str, value: object) -> float:

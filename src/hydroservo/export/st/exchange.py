@@ -38,20 +38,15 @@ def plcopen_xml(name: str, mark: str, structures: Sequence[Structure], pous: Seq
     types = SubElement(project, "types")
     data_types = SubElement(types, "dataTypes")
     for structure in structures:
-        add_structure(data_types, structure)
+        data_type = SubElement(data_types, "dataType", name=structure.name)
+        add_variables(SubElement(SubElement(data_type, "baseType"), "struct"), structure.fields)
+        add_documentation(data_type, structure.about)
     units = SubElement(types, "pous")
     for pou in pous:
         add_pou(units, pou)
     SubElement(SubElement(project, "instances"), "configurations")
     ElementTree.indent(project)
     return f"{HEAD.format(mark=mark)}{ElementTree.tostring(project, encoding='unicode')}\n"
-
-
-def add_structure(data_types: Element, structure: Structure) -> None:
-    """A structure as a data type."""
-    data_type = SubElement(data_types, "dataType", name=structure.name)
-    add_variables(SubElement(SubElement(data_type, "baseType"), "struct"), structure.fields)
-    add_documentation(data_type, structure.about)
 
 
 def add_pou(pous: Element, pou: Pou) -> None:

@@ -247,16 +247,12 @@ def instants_of(channel: Any, first: Any) -> Any:
     return np.round(offset + late + increment * np.arange(count), 9)
 
 
-def first_start(waveforms: Sequence[Any]) -> Any:
-    return min(
+def union_of(waveforms: Sequence[Any]) -> tuple[Any, Any]:
+    """The start of the first waveform, and all instants of all of them."""
+    first = min(
         (one.properties["wf_start_time"] for one in waveforms if "wf_start_time" in one.properties),
         default=None,
     )
-
-
-def union_of(waveforms: Sequence[Any]) -> tuple[Any, Any]:
-    """The start of the first waveform, and all instants of all of them."""
-    first = first_start(waveforms)
     return first, np.unique(np.concatenate([instants_of(one, first) for one in waveforms]))
 
 
