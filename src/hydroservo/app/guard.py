@@ -2,17 +2,15 @@
 
 import hmac
 import ipaddress
-import json
-from collections.abc import Awaitable, Callable, MutableMapping
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from urllib.parse import parse_qs
 
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-Application = Callable[[Scope, Receive, Send], Awaitable[None]]
+from starlette.datastructures import MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 LARGEST_REQUEST = 2**20  # bytes
 LARGEST_LOG = 2**26  # bytes
@@ -57,18 +55,10 @@ def is_address(name: str) -> bool:
     return True
 
 
-class Refusal(Exception):  # noqa: N818, for it is an answer
-    """A request that is not answered."""
-
-    def __init__(self, status: HTTPStatus, problem: str) -> None:
-        super().__init__(problem)
-        self.status, self.problem = status, problem
-
-
 class RequestGuard:
     """Checks host, origin, token and size of each request before the application sees it."""
 
-    def __init__(self, application: Application, door: Door) -> None:
+    def __init__(self, application: ASGIApp, door: Door) -> None:
         self.application, self.door = application, door
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -81,27 +71,27 @@ class RequestGuard:
         try:
             self.check(scope, headers)
             if self.door.token and not self.known(headers):
-                await self.let_in(scope, with_headers(send))
+                await self.cookie_answer(scope)(scope, receive, with_headers(send))
                 return
             most = LARGEST_LOG if scope["path"] == "/api/log" else LARGEST_REQUEST
             await SizeLimit(self.application, most)(scope, receive, with_headers(send), headers)
-        except Refusal as refusal:
-            await send_short_answer(with_headers(send), refusal.status, refusal.problem)
+        except HTTPException as refusal:
+            await short_answer(refusal)(scope, receive, with_headers(send))
 
     def check(self, scope: Scope, headers: dict[str, str]) -> None:
         """Refuse what another site asks for."""
         host = headers.get("host", "")
         if not self.door.takes(host):
-            raise Refusal(HTTPStatus.MISDIRECTED_REQUEST, "the request is for another host")
+            raise HTTPException(HTTPStatus.MISDIRECTED_REQUEST, "the request is for another host")
         origin = headers.get("origin")
         reads = scope["method"] in READS
         if origin is None and not reads:
-            raise Refusal(HTTPStatus.FORBIDDEN, "the request names no origin")
+            raise HTTPException(HTTPStatus.FORBIDDEN, "the request names no origin")
         if origin is not None and origin != f"http://{host}":
-            raise Refusal(HTTPStatus.FORBIDDEN, "the request comes from another site")
+            raise HTTPException(HTTPStatus.FORBIDDEN, "the request comes from another site")
         opened = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"
         if headers.get("sec-fetch-site", "none") not in ("same-origin", "none") and not opened:
-            raise Refusal(HTTPStatus.FORBIDDEN, "the request comes from another site")
+            raise HTTPException(HTTPStatus.FORBIDDEN, "the request comes from another site")
 
     def known(self, headers: dict[str, str]) -> bool:
         """Whether a request brings the token."""
@@ -112,13 +102,16 @@ class RequestGuard:
         given = cookies[COOKIE].value if COOKIE in cookies else ""
         return hmac.compare_digest(given.encode(), self.door.token.encode())
 
-    async def let_in(self, scope: Scope, send: Send) -> None:
-        """Exchange a token in the address for a cookie."""
+    def cookie_answer(self, scope: Scope) -> JSONResponse:
+        """The answer that exchanges a token in the address for a cookie."""
         given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[0]
         if scope["path"] != "/" or not hmac.compare_digest(given.encode(), self.door.token.encode()):
-            raise Refusal(HTTPStatus.FORBIDDEN, "open the address with the token that the terminal shows")
+            raise HTTPException(
+                HTTPStatus.FORBIDDEN, "open the address with the token that the terminal shows"
+            )
         cookie = f"{COOKIE}={self.door.token}; Path=/; HttpOnly; SameSite=Strict"
-        await send_short_answer(send, HTTPStatus.SEE_OTHER, "", {"location": "/", "set-cookie": cookie})
+        headers = {"location": "/", "set-cookie": cookie}
+        return short_answer(HTTPException(HTTPStatus.SEE_OTHER, "", headers))
 
 
 def headers_of(scope: Scope) -> dict[str, str]:
@@ -133,29 +126,29 @@ def headers_of(scope: Scope) -> dict[str, str]:
 class SizeLimit:
     """An application that is given bodies of no more than so many bytes, said or found as they come."""
 
-    def __init__(self, application: Application, most: int) -> None:
+    def __init__(self, application: ASGIApp, most: int) -> None:
         self.application, self.most = application, most
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send, headers: dict[str, str]) -> None:
         taken, begun = 0, False
 
-        async def part() -> MutableMapping[str, Any]:
+        async def part() -> Message:
             nonlocal taken
             message = await receive()
             taken += len(message.get("body", b""))
             return {"type": "http.disconnect"} if taken > self.most else message
 
-        async def reply(message: MutableMapping[str, Any]) -> None:
+        async def reply(message: Message) -> None:
             nonlocal begun
             if taken <= self.most:
                 await send(message)
             elif not begun:
                 begun = True
-                await send_short_answer(send, HTTPStatus.REQUEST_ENTITY_TOO_LARGE, self.problem)
+                await short_answer(self.refusal)(scope, receive, send)
 
         length = headers.get("content-length", "0")
         if not length.isdigit() or int(length) > self.most:
-            raise Refusal(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, self.problem)
+            raise self.refusal
         try:
             await self.application(scope, part, reply)
         except Exception:
@@ -163,27 +156,22 @@ class SizeLimit:
                 raise
 
     @property
-    def problem(self) -> str:
-        return f"at most {self.most >> 20} MiB are accepted"
+    def refusal(self) -> HTTPException:
+        problem = f"at most {self.most >> 20} MiB are accepted"
+        return HTTPException(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, problem)
 
 
 def with_headers(send: Send) -> Send:
     """Answers with the headers that keep the page to itself."""
 
-    async def one(message: MutableMapping[str, Any]) -> None:
+    async def one(message: Message) -> None:
         if message["type"] == "http.response.start":
-            ours = [(name.encode(), value.encode()) for name, value in HEADERS.items()]
-            message = {**message, "headers": [*message.get("headers", []), *ours]}
+            MutableHeaders(scope=message).update(HEADERS)
         await send(message)
 
     return one
 
 
-async def send_short_answer(
-    send: Send, status: HTTPStatus, problem: str, headers: dict[str, str] | None = None
-) -> None:
+def short_answer(said: HTTPException) -> JSONResponse:
     """A short answer of the guard's own."""
-    about = [(b"content-type", b"application/json")]
-    about += [(name.encode(), value.encode()) for name, value in (headers or {}).items()]
-    await send({"type": "http.response.start", "status": int(status), "headers": about})
-    await send({"type": "http.response.body", "body": json.dumps({"problem": problem}).encode()})
+    return JSONResponse({"problem": said.detail}, said.status_code, said.headers)

@@ -6,13 +6,15 @@ import webbrowser
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from threading import Timer
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from hydroservo.app.guard import LOOPBACK, Door
 from hydroservo.app.source import Home
 from hydroservo.core.errors import HydroservoError, ParameterError, require
 from hydroservo.core.outputs import temporary_folder
 from hydroservo.runs.arguments import checked_path
+
+if TYPE_CHECKING:
+    from hydroservo.app.guard import Door
 
 PORT = 8642
 SOON = 0.3  # s, after which the server answers
@@ -42,6 +44,7 @@ def serve(
     require("starlette", "app", "the page")
     import uvicorn
 
+    from hydroservo.app.guard import LOOPBACK, Door
     from hydroservo.app.routes import application
 
     listening = open_socket(address)
@@ -82,7 +85,7 @@ def open_socket(address: Address) -> socket.socket:
     raise HydroservoError(f"{asked}: {problem.strerror or problem}")
 
 
-def page_url(door: Door) -> str:
+def page_url(door: "Door") -> str:
     """The address to open."""
     host = f"[{door.host}]" if ":" in door.host else door.host
     return f"http://{host}:{door.port}/" + (f"?token={door.token}" if door.token else "")
