@@ -36,12 +36,7 @@ PartOption = Annotated[
 ]
 Prefix = Annotated[
     str | None,
-    typer.Option(
-        "--prefix",
-        metavar="NAME",
-        show_default="the scenario's name",
-        help="Prefix of all names.",
-    ),
+    typer.Option("--prefix", metavar="NAME", show_default="the scenario's name", help="Prefix of all names."),
 ]
 
 

@@ -109,8 +109,7 @@ def identify_command(
         ),
     ] = None,
     seed: Annotated[
-        int,
-        typer.Option("--seed", metavar="S", help="Seed of the search's starts, a whole number >= 0."),
+        int, typer.Option("--seed", metavar="S", help="Seed of the search's starts, a whole number >= 0.")
     ] = 0,
     output: CommandOutput,
     threads: Threads = None,

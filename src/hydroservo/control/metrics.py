@@ -35,13 +35,7 @@ def usual(loop: Loop) -> dict[str, Block]:
     """
     open_loop = isinstance(loop.controls, Command)
     found: list[Block] = (
-        []
-        if open_loop
-        else [
-            monitors.TrackingError(),
-            monitors.StepResponse(),
-            monitors.Oscillation(),
-        ]
+        [] if open_loop else [monitors.TrackingError(), monitors.StepResponse(), monitors.Oscillation()]
     )
     found.append(monitors.CommandEffort())
     if model_in(loop.controller) is not None and estimates_in(loop.controller.init()) is not None:

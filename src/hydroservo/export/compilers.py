@@ -50,10 +50,7 @@ WINDOWS = ("-Wl,--no-insert-timestamp", "-static-libgcc", "-s")
 
 TOOLCHAINS = {
     Platform.X86_64_LINUX: Toolchain(
-        "linux64",
-        ".so",
-        cross="x86_64-linux-gnu-gcc",
-        packages="gcc-x86-64-linux-gnu libc6-dev-amd64-cross",
+        "linux64", ".so", cross="x86_64-linux-gnu-gcc", packages="gcc-x86-64-linux-gnu libc6-dev-amd64-cross"
     ),
     Platform.AARCH64_LINUX: Toolchain(
         "aarch64-linux",

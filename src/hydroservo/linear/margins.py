@@ -136,8 +136,7 @@ class Margins(NamedTuple):
     gain_crossovers: Annotated[Frequencies, Field("rad/s", "frequencies of gain 1")]
     phase_crossovers: Annotated[Frequencies, Field("rad/s", "frequencies of -180 degrees")]
     error: Annotated[
-        float,
-        Field("", "largest change of S where slopes are taken otherwise, a share of it above 1"),
+        float, Field("", "largest change of S where slopes are taken otherwise, a share of it above 1")
     ]
 
     def finding(self) -> Finding:

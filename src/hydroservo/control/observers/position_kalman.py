@@ -69,10 +69,7 @@ class PositionKalmanObserver(NamedTuple):
     gain_52: Annotated[float, Field("1/s", "gain of x2 on d_L2", COMPUTED, derived=True)] = 0.0
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        return [
-            noise_known("r_2", self.hydraulic_force_noise, facts, 1),
-            model_stable(facts),
-        ]
+        return [noise_known("r_2", self.hydraulic_force_noise, facts, 1), model_stable(facts)]
 
     def init(self) -> PositionKalmanObserverState:
         return PositionKalmanObserverState(0.0, 0.0, 0.0, 0.0, 0.0, math.nan, math.nan)

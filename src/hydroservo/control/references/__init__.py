@@ -10,14 +10,4 @@ from hydroservo.control.references.square import Square
 from hydroservo.control.references.step import Step
 from hydroservo.control.references.there_and_back import ThereAndBack
 
-__all__ = [
-    "Chirp",
-    "Multisine",
-    "PointToPoint",
-    "Ramp",
-    "Recorded",
-    "Sine",
-    "Square",
-    "Step",
-    "ThereAndBack",
-]
+__all__ = ["Chirp", "Multisine", "PointToPoint", "Ramp", "Recorded", "Sine", "Square", "Step", "ThereAndBack"]

@@ -52,9 +52,7 @@ def both(one: ErrorMemory, other: ErrorMemory) -> ErrorMemory:
     transition = np.zeros((size + more, size + more))
     transition[:size, :size], transition[size:, size:] = one.transition, other.transition
     return ErrorMemory(
-        transition,
-        np.concatenate([one.driven, other.driven]),
-        np.concatenate([one.rates, other.rates]),
+        transition, np.concatenate([one.driven, other.driven]), np.concatenate([one.rates, other.rates])
     )
 
 

@@ -64,8 +64,7 @@ CO_SIMULATION = {
 
 MODEL_EXCHANGE = {
     FmiVersion.FMI2: CO_SIMULATION[FmiVersion.FMI2]._replace(
-        sources=(*FMI2_SOURCES, "equations.c", "fmi2_equations.c"),
-        own_headers=("instance.h", "equations.h"),
+        sources=(*FMI2_SOURCES, "equations.c", "fmi2_equations.c"), own_headers=("instance.h", "equations.h")
     ),
     FmiVersion.FMI3: CO_SIMULATION[FmiVersion.FMI3]._replace(
         sources=(*FMI3_SOURCES, "equations.c", "fmi3_equations.c", "fmi3_no_steps.c", "fmi3_no_clocks.c"),

@@ -145,12 +145,7 @@ def write_fmu(
 
 
 def fmu_content(
-    unit: CModule,
-    stop_time: float,
-    version: FmiVersion,
-    platforms: Iterable[str],
-    *,
-    clocked: bool = False,
+    unit: CModule, stop_time: float, version: FmiVersion, platforms: Iterable[str], *, clocked: bool = False
 ) -> dict[str, bytes]:
     """All files of an FMU, as :func:`write_fmu` packs them."""
     check_fit_for_fmu(unit, stop_time)

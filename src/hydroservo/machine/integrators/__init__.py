@@ -4,8 +4,4 @@ from hydroservo.machine.integrators.rk4 import RK4
 from hydroservo.machine.integrators.rosenbrock import Rosenbrock
 from hydroservo.machine.integrators.tsit5 import Tsit5
 
-__all__ = [
-    "RK4",
-    "Rosenbrock",
-    "Tsit5",
-]
+__all__ = ["RK4", "Rosenbrock", "Tsit5"]

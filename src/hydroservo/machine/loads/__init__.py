@@ -6,10 +6,4 @@ from hydroservo.machine.loads.sine import Sine
 from hydroservo.machine.loads.square import Square
 from hydroservo.machine.loads.step import Step
 
-__all__ = [
-    "Constant",
-    "Recorded",
-    "Sine",
-    "Square",
-    "Step",
-]
+__all__ = ["Constant", "Recorded", "Sine", "Square", "Step"]

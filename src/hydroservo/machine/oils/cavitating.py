@@ -31,8 +31,7 @@ class CavitatingOil(NamedTuple):
 
     effective_bulk_modulus: Annotated[float, Field("Pa", "bulk modulus beta of the oil", above=0)]
     free_air: Annotated[
-        float,
-        Field("", "free air a at atmospheric pressure, share of the volume", CHOSEN, above=0, below=1),
+        float, Field("", "free air a at atmospheric pressure, share of the volume", CHOSEN, above=0, below=1)
     ] = 1e-5
 
     def bulk_modulus(self, pressure: float) -> float:

@@ -66,14 +66,8 @@ class Cylinder(NamedTuple):
     area_a: Annotated[float, Field("m^2", "piston area A_A of chamber A", above=0)]
     area_b: Annotated[float, Field("m^2", "piston area A_B of chamber B", above=0)]
     stroke: Annotated[float, Field("m", "stroke L_max", above=0)]
-    dead_volume_a: Annotated[
-        float,
-        Field("m^3", "dead volume V_0A of chamber A and its line", above=0),
-    ]
-    dead_volume_b: Annotated[
-        float,
-        Field("m^3", "dead volume V_0B of chamber B and its line", above=0),
-    ]
+    dead_volume_a: Annotated[float, Field("m^3", "dead volume V_0A of chamber A and its line", above=0)]
+    dead_volume_b: Annotated[float, Field("m^3", "dead volume V_0B of chamber B and its line", above=0)]
     start_position: Annotated[float, Field("m", "piston position at the start", at_least=0)]
     oil: Oil
     mechanism: Mechanism

@@ -11,11 +11,7 @@ from hydroservo.machine.theory.ranges import require_fraction, require_not_negat
 
 
 def settling_bound(
-    linear_rate: float,
-    power_rate: float,
-    exponent: float,
-    initial: float,
-    start: float = 0.0,
+    linear_rate: float, power_rate: float, exponent: float, initial: float, start: float = 0.0
 ) -> float:
     """The instant t_f [s] by which a function V that decreases as in Lemma 1 is zero.
 

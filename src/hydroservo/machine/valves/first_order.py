@@ -38,11 +38,7 @@ class FirstOrderValve(NamedTuple):
 
     @classmethod
     def from_corner(
-        cls,
-        corner_frequency: CornerFrequency,
-        gain: Gain,
-        max_opening: MaxOpening,
-        orifice: MeteringEdges,
+        cls, corner_frequency: CornerFrequency, gain: Gain, max_opening: MaxOpening, orifice: MeteringEdges
     ) -> "FirstOrderValve":
         """The valve whose lag is 45 degrees, and amplitude 1/sqrt(2), at a frequency f: T_sv = 1/(2 pi f).
 

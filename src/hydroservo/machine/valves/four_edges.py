@@ -90,8 +90,7 @@ AreaCurvePB = Annotated[Curve, an_area_curve("P-B")]
 AreaCurveBT = Annotated[Curve, an_area_curve("B-T")]
 NullLeakage = Annotated[float, Field("m^3/s", "flow from P to T at null, ports blocked", CHOSEN, at_least=0)]
 NullPressure = Annotated[
-    float,
-    Field("Pa", "drop from P to T at which the null leakage is given", "none given", at_least=0),
+    float, Field("Pa", "drop from P to T at which the null leakage is given", "none given", at_least=0)
 ]
 
 

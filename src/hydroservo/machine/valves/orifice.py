@@ -84,12 +84,7 @@ class Orifice(NamedTuple):
         size = ROOT_2 * self.conductance() * ops.absolute(opening)
         a = size * ops.copysign(ops.sqrt(ops.absolute(into_a)), into_a)
         b = size * ops.copysign(ops.sqrt(ops.absolute(out_of_b)), out_of_b)
-        return PortFlows(
-            a,
-            b,
-            supply=ops.where(opening > 0.0, a, -b),
-            tank=ops.where(opening > 0.0, b, -a),
-        )
+        return PortFlows(a, b, supply=ops.where(opening > 0.0, a, -b), tank=ops.where(opening > 0.0, b, -a))
 
     def simplified(self) -> "Orifice":
         """What a design model takes it for: itself."""
