@@ -4,7 +4,6 @@ import json
 import math
 import os
 from functools import partial
-from threading import Event
 
 import numpy as np
 import pyarrow as pa
@@ -248,19 +247,6 @@ def test_units_are_done_once_and_a_name_twice_is_one_unit(tmp_path):
     do_units(made, store, workers=1, progress=seen.append)
     assert seen == [2 / 3, 1.0, 0.75, 1.0]
     assert all(file.stat().st_mtime_ns == time for file, time in times.items())
-
-
-def test_what_was_asked_to_stop_goes_on_later(tmp_path):
-    store, stop, made = opened(tmp_path), Event(), units(5, seconds=0.0)
-
-    def progress(fraction):
-        if fraction > 0.3:
-            stop.set()
-
-    do_units(made, store, workers=1, progress=progress, stop=stop)
-    assert store.done() == {one.key for one in made[:2]}
-    do_units(made, store, workers=1)
-    assert len(store.done()) == 5
 
 
 @pytest.mark.parametrize("workers", [1, 2])

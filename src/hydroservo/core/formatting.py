@@ -171,6 +171,6 @@ def yes_or_no(flag: object) -> str:
     return "yes" if flag else "no"
 
 
-def enumeration(parts: Sequence[str], last: str = "and") -> str:
+def enumeration(parts: Sequence[str]) -> str:
     """Parts as they stand in a sentence."""
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} {last} {parts[-1]}" if parts else ""
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}" if parts else ""

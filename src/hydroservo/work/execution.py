@@ -11,7 +11,7 @@ from functools import partial
 from multiprocessing import connection, get_context, parent_process
 from pathlib import Path
 from pickle import UnpicklingError
-from threading import Event, Thread
+from threading import Thread
 from typing import Any, NamedTuple
 
 from hydroservo._version import __version__
@@ -173,7 +173,6 @@ def do_units(
     scheduler: str | None = None,
     progress: Callable[[float], None] | None = None,
     say: Say = lambda _: None,
-    stop: Event | None = None,
 ) -> None:
     """Do the units that are not done, and keep what they come to.
 
@@ -196,8 +195,6 @@ def do_units(
                 store.write(unit.key, answer)
             if progress is not None:
                 progress(number / len(units))
-            if stop is not None and stop.is_set():
-                break
     if failures:
         raise UnitsError(f"{len(failures):,} of {len(units):,} units failed, such as {clipped(failures[0])}")
 

@@ -60,9 +60,7 @@ def folder(study, tmp_path_factory):
     manifest, table, verdicts = study
     out = tmp_path_factory.mktemp("report")
     write_conditions(manifest, out)
-    steps = []
-    write_study_report(table, manifest, verdicts, out, progress=lambda *step: steps.append(step))
-    assert steps[-1] == (5, 5)
+    write_study_report(table, manifest, verdicts, out)
     return out
 
 

@@ -4,7 +4,7 @@ import hashlib
 import json
 import math
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -44,7 +44,6 @@ REPORT = "report.html"
 VERDICTS = "verdicts.json"
 PICTURES = "pictures"
 VERSIONS = ("format", "hydroservo")  # what a store adds to a manifest
-PictureProgress = Callable[[int, int], None]  # done, of how many
 
 
 class Repeat(NamedTuple):
@@ -227,7 +226,6 @@ def write_study_report(
     verdicts: Verdicts,
     folder: Path,
     *,
-    progress: PictureProgress | None = None,
     journal: Journal = NO_JOURNAL,
     command: str = "",
 ) -> Path:
@@ -250,12 +248,10 @@ def write_study_report(
     levels = {level: law_tables(found._replace(level=level)) for level in verdicts.levels}
     cells = {name: cell_tables(found, name) for name in manifest["cells"] if name in found.at.cells}
     with staged(folder, last=METRICS) as stage:
-        for done, one in enumerate(drawn, start=1):
+        for one in drawn:
             figure = one.draw()
             write_figure(figure, stage / PICTURES / one.name, fingerprint)
             journal.save(figure, stage / FIGURES / one.name, fingerprint)
-            if progress:
-                progress(done, len(drawn))
         write_text(stage / VERDICTS, as_json(verdicts.as_dict()) + "\n")
         write_tables(stage, [front_table(found), *chain(*levels.values(), *cells.values())])
         if journal.decimal_comma:
