@@ -11,34 +11,8 @@ from dataclasses import fields, replace
 from functools import partial
 from typing import Any
 
+from hydroservo.language import terms
 from hydroservo.language.calls import is_op
-from hydroservo.language.terms import (
-    REAL,
-    Assign,
-    Call,
-    Choice,
-    Computed,
-    Conversion,
-    Expression,
-    For,
-    Function,
-    If,
-    Let,
-    Literal,
-    Make,
-    Member,
-    NamedNumber,
-    Operation,
-    Record,
-    Return,
-    Statement,
-    Unary,
-    Variable,
-    While,
-    Whole,
-    bodies,
-    operands,
-)
 
 LEAST, MOST = 1e-30, 1e30  # of a number's size; single precision holds what is between
 OPERATORS: dict[str, Callable[..., Any]] = {
@@ -65,7 +39,7 @@ class Varies:
 VARIES = Varies()
 
 
-def fold_constants(given: Mapping[Function, Sequence[Any]]) -> None:
+def fold_constants(given: Mapping[terms.Function, Sequence[Any]]) -> None:
     """Puts numbers in place of calls that give the same one at every sample.
 
     Args:
@@ -80,10 +54,10 @@ def fold_constants(given: Mapping[Function, Sequence[Any]]) -> None:
 class KnownValues:
     """What is known of the values in some functions and in all that they call."""
 
-    def __init__(self, given: Mapping[Function, Sequence[Any]]) -> None:
-        self.arguments: dict[tuple[Function, str], Any] = {}
-        self.calls: dict[Call, Any] = {}
-        self.reached: dict[Function, None] = {}  # in the order of the calls
+    def __init__(self, given: Mapping[terms.Function, Sequence[Any]]) -> None:
+        self.arguments: dict[tuple[terms.Function, str], Any] = {}
+        self.calls: dict[terms.Call, Any] = {}
+        self.reached: dict[terms.Function, None] = {}  # in the order of the calls
         before = -1
         while before != self.varying():  # each round knows less; what varies only grows
             before = self.varying()
@@ -95,7 +69,7 @@ class KnownValues:
         """A number that grows with each argument that is new, or that is found to vary."""
         return len(self.arguments) + sum(value is VARIES for value in self.arguments.values())
 
-    def visit(self, function: Function, values: Sequence[Any]) -> None:
+    def visit(self, function: terms.Function, values: Sequence[Any]) -> None:
         """What is known of a function that is called with these values."""
         for (name, _), value in zip(function.parameters, values, strict=True):
             before = self.arguments.setdefault((function, name), value)
@@ -108,64 +82,64 @@ class KnownValues:
             self.visit(callee, [VARIES] * len(callee.parameters))
         self.follow(function.body, {name: self.arguments[function, name] for name, _ in function.parameters})
 
-    def follow(self, body: Sequence[Statement], names: dict[str, Any]) -> None:
+    def follow(self, body: Sequence[terms.Statement], names: dict[str, Any]) -> None:
         """What statements give their names, from what is known of those before."""
         for one in body:
             value = self.value(value_in(one), names)
-            if isinstance(one, Let):
+            if isinstance(one, terms.Let):
                 names[one.name] = value
-            for inner in bodies(one):
+            for inner in terms.bodies(one):
                 self.follow(inner, names)
 
     def value(self, one: Any, names: Mapping[str, Any]) -> Any:
         """A value, or that it varies; the calls in it are visited."""
         if one is None:
             return VARIES
-        parts = [self.value(part, names) for part in operands(one)]
+        parts = [self.value(part, names) for part in terms.operands(one)]
         value: Any = VARIES
         match one:
-            case Call(function=function):
+            case terms.Call(function=function):
                 self.visit(function, parts)
                 value = self.calls[one] = number_in_python(function, parts)
-            case Literal(value=number) | NamedNumber(value=number) | Whole(value=number):
+            case terms.Literal(value=number) | terms.NamedNumber(value=number) | terms.Whole(value=number):
                 value = number
-            case Variable(name=name, mutable=False):
+            case terms.Variable(name=name, mutable=False):
                 value = names.get(name, VARIES)
-            case Make(type=Record(cls=cls), values=members) if cls is not None:
+            case terms.Make(type=terms.Record(cls=cls), values=members) if cls is not None:
                 value = call_value(partial(made_record, cls, tuple(members)), parts)
-            case Member(name=name):
+            case terms.Member(name=name):
                 value = call_value(getattr, [*parts, name])
-            case Unary(operator=sign):
+            case terms.Unary(operator=sign):
                 value = call_value(UNARIES[sign], parts)
-            case Operation(operator=sign):
+            case terms.Operation(operator=sign):
                 value = call_value(OPERATORS[sign], parts)
-            case Choice():
+            case terms.Choice():
                 value = call_value(lambda condition, a, b: a if condition else b, parts)
-            case Conversion():
+            case terms.Conversion():
                 value = call_value(float, parts)
         return value
 
-    def rewrite(self, body: Sequence[Statement], function: str) -> None:
+    def rewrite(self, body: Sequence[terms.Statement], function: str) -> None:
         """The statements with numbers in place of calls that are known."""
         for one in body:
             match one:
-                case Let(name=name, value=Call() as value) if self.useful(value):
+                case terms.Let(name=name, value=terms.Call() as value) if self.useful(value):
                     one.value = self.number(value, f"{function}_{name}")
-                case Let(value=value) | Assign(value=value) | Return(value=value):
+                case terms.Let(value=value) | terms.Assign(value=value) | terms.Return(value=value):
                     one.value = self.with_numbers(value, function)
-                case If(condition=condition) | While(condition=condition):
+                case terms.If(condition=condition) | terms.While(condition=condition):
                     one.condition = self.with_numbers(condition, function)
-            for inner in bodies(one):
+            for inner in terms.bodies(one):
                 self.rewrite(inner, function)
 
     def with_numbers(self, one: Any, function: str) -> Any:
         """An expression with numbers in place of calls that are known."""
-        if isinstance(one, Call) and self.useful(one):
+        if isinstance(one, terms.Call) and self.useful(one):
             return self.number(one, f"{function}_{one.function.origin.__name__}")
         changes: dict[str, Any] = {}
         for field in fields(one):
             part = getattr(one, field.name)
-            if isinstance(part, Expression):
+            if isinstance(part, terms.Expression):
                 changes[field.name] = self.with_numbers(part, function)
             elif isinstance(part, dict):
                 changes[field.name] = {key: self.with_numbers(each, function) for key, each in part.items()}
@@ -173,24 +147,24 @@ class KnownValues:
                 changes[field.name] = tuple(self.with_numbers(each, function) for each in part)
         return replace(one, **changes) if changes else one
 
-    def useful(self, call: Call) -> bool:
+    def useful(self, call: terms.Call) -> bool:
         """True for a call that asks ops, and gives a known number, which both precisions have."""
         value = self.calls[call]
         fits = isinstance(value, float) and (value == 0.0 or LEAST < abs(value) < MOST)
         return fits and asks_ops(call.function)
 
-    def number(self, call: Call, name: str) -> Computed:
-        return Computed(REAL, name, self.calls[call], call.text)
+    def number(self, call: terms.Call, name: str) -> terms.Computed:
+        return terms.Computed(terms.REAL, name, self.calls[call], call.text)
 
 
-def value_in(statement: Statement) -> Any:
+def value_in(statement: terms.Statement) -> Any:
     """The value in a statement; None where it has none."""
     match statement:
-        case Let(value=value) | Assign(value=value) | Return(value=value):
+        case terms.Let(value=value) | terms.Assign(value=value) | terms.Return(value=value):
             return value
-        case If(condition=condition) | While(condition=condition):
+        case terms.If(condition=condition) | terms.While(condition=condition):
             return condition
-        case For(stop=stop):
+        case terms.For(stop=stop):
             return stop
 
 
@@ -198,30 +172,30 @@ def made_record(cls: type, names: Sequence[str], *values: Any) -> Any:
     return cls(**dict(zip(names, values, strict=True)))
 
 
-def asks_ops(function: Function) -> bool:
+def asks_ops(function: terms.Function) -> bool:
     """True for a translated function of ops, and for one that calls such a one."""
     return bool(function.body) and (is_op(function.origin) or any(map(asks_ops, callees(function.body))))
 
 
-def callees(body: Sequence[Statement]) -> Iterator[Function]:
+def callees(body: Sequence[terms.Statement]) -> Iterator[terms.Function]:
     for one in body:
         yield from callees_in(value_in(one))
-        for inner in bodies(one):
+        for inner in terms.bodies(one):
             yield from callees(inner)
 
 
-def callees_in(one: Any) -> Iterator[Function]:
+def callees_in(one: Any) -> Iterator[terms.Function]:
     """The functions that an expression calls."""
-    if isinstance(one, Call):
+    if isinstance(one, terms.Call):
         yield one.function
-    for part in operands(one):
+    for part in terms.operands(one):
         yield from callees_in(part)
 
 
-def number_in_python(function: Function, values: Sequence[Any]) -> Any:
+def number_in_python(function: terms.Function, values: Sequence[Any]) -> Any:
     """What a function gives in Python, where that is a number and C is given each of its arguments."""
     origin = function.origin
-    if function.returns != REAL or origin is None:
+    if function.returns != terms.REAL or origin is None:
         return VARIES
     code = getattr(origin, "__code__", None)
     if code is not None and code.co_argcount != len(values):
