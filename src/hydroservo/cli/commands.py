@@ -28,6 +28,7 @@ from hydroservo.core.errors import (
     ParameterError,
     clipped,
     defect,
+    nearest,
     one_line,
     system_problem,
 )
@@ -184,8 +185,6 @@ def say_error(message: str) -> None:
 
 def usage_problem(error: Any) -> str:
     """What is wrong with the words of a command, and where it is said what they may be."""
-    from hydroservo.core.errors import nearest
-
     words = error.ctx.command_path.split(" ")[1:] if error.ctx else []
     path = " ".join(["hydroservo", *words])  # whatever the program was started as
     if hasattr(error, "possibilities"):  # an option that is not there

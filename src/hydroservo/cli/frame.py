@@ -21,15 +21,7 @@ if TYPE_CHECKING:
     from hydroservo.show import Finding
 
 LOOKS = ("decimal_comma", "figure_format", "figure_size")  # of the files alone
-NO_MATTER = (  # options that change nothing of what is found
-    "out",
-    "threads",
-    "workers",
-    "scheduler",
-    "json",
-    "verbose",
-    *LOOKS,
-)
+NO_MATTER = ("out", "threads", "workers", "scheduler", "json", "verbose", *LOOKS)  # for what is found
 
 MIB = 2**20  # bytes
 Result = TypeVar("Result")

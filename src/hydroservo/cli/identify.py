@@ -23,7 +23,7 @@ from hydroservo.cli.options import (
     parse_ranges,
     vary_option,
 )
-from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError
+from hydroservo.core.errors import HydroservoError, ParameterError, ScenarioError, one_of
 from hydroservo.core.outputs import write_text
 
 if TYPE_CHECKING:
@@ -35,6 +35,12 @@ if TYPE_CHECKING:
     Changed = Mapping[str, object]
 
 
+Logs = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="LOG...", help="Logs of the machine: CSV, Parquet, MAT, NetCDF, HDF5, MDF or TDMS files."
+    ),
+]
 FORM, HORIZON, LIMIT = "--form", "--horizon", "--limit"
 DOES_NOT_FIT = 3  # exit status
 
@@ -50,12 +56,7 @@ class ComparisonForm(StrEnum):
 def identify_command(
     *,
     scenario: Scenario,
-    logs: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="LOG...", help="Logs of the machine: CSV, Parquet, MAT, NetCDF, HDF5, MDF or TDMS files."
-        ),
-    ],
+    logs: Logs,
     changes: Changes,
     plugins: Plugins,
     ranges: Annotated[
@@ -192,7 +193,6 @@ def parse_horizon(form: ComparisonForm, text: str | None) -> float | None:
 
 def parse_limits(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[float, float]]:
     """The limits of a proposal by signal, in SI units."""
-    from hydroservo.core.errors import one_of
     from hydroservo.identification.log import COMMAND, OUTPUTS, SIGNALS
     from hydroservo.scenario.ranges import both_ends
 
@@ -229,12 +229,7 @@ def map_command(
             metavar="KIND", help="`valve-flow`, `characteristic`, `pressure-gain`, `friction` or `decay`."
         ),
     ],
-    logs: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="LOG...", help="Logs of the machine: CSV, Parquet, MAT, NetCDF, HDF5, MDF or TDMS files."
-        ),
-    ],
+    logs: Logs,
     changes: Changes,
     plugins: Plugins,
     output: CommandOutput,
