@@ -38,19 +38,12 @@ from hydroservo.core.states import overlaid
 
 
 class Hook(NamedTuple):
-    """A method or field that is used where a block has it.
+    """A method or field that is used where a block has it."""
 
-    Attributes:
-        name: of the method or field.
-        role: of the blocks that may have it; None for blocks of any role.
-        arguments: of a method, after self; None for a field.
-        meaning: what it does, or what is done with it.
-    """
-
-    name: str
-    role: type | None
-    arguments: tuple[str, ...] | None
-    meaning: str
+    name: str  # of the method or field
+    role: type | None  # of the blocks that may have it; None for blocks of any role
+    arguments: tuple[str, ...] | None  # of a method, after self; None for a field
+    meaning: str  # what it does, or what is done with it
 
 
 HOOKS = (

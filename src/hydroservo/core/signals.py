@@ -60,19 +60,12 @@ class Pressures(NamedTuple):
 
 
 class Feed(NamedTuple):
-    """What a drive finds at its side away from the cylinder.
+    """What a drive finds at its side away from the cylinder."""
 
-    Attributes:
-        command: u [V].
-        edges: what the valve's spool opens.
-        opening: of the valve's spool [m].
-        line: the pressures of the supply's line.
-    """
-
-    command: float
-    edges: Any
-    opening: float
-    line: Pressures
+    command: float  # u [V]
+    edges: Any  # what the valve's spool opens
+    opening: float  # of the valve's spool [m]
+    line: Pressures  # the pressures of the supply's line
 
     def with_supply(self, pressure: float) -> "Feed":
         """What a drive finds that is fed with another pressure [Pa] than the supply's."""

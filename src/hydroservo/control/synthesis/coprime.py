@@ -9,33 +9,20 @@ from hydroservo.control.synthesis.matrix import Matrix
 
 
 class StateMatrices(NamedTuple):
-    """dx/dt = A x + B u, y = C x + D u.
+    """dx/dt = A x + B u, y = C x + D u."""
 
-    Attributes:
-        a: shape (n, n).
-        b: shape (n, inputs).
-        c: shape (outputs, n).
-        d: shape (outputs, inputs).
-    """
-
-    a: Matrix
-    b: Matrix
-    c: Matrix
-    d: Matrix
+    a: Matrix  # shape (n, n)
+    b: Matrix  # shape (n, inputs)
+    c: Matrix  # shape (outputs, n)
+    d: Matrix  # shape (outputs, inputs)
 
 
 class RobustController(NamedTuple):
-    """A controller for negative feedback, u = -K y.
+    """A controller for negative feedback, u = -K y."""
 
-    Attributes:
-        k: K, with as many states as the plant.
-        gamma: what the closed loop amplifies at most; 1/gamma is the stability margin.
-        least_gamma: the least that any controller reaches.
-    """
-
-    k: StateMatrices
-    gamma: float
-    least_gamma: float
+    k: StateMatrices  # K, with as many states as the plant
+    gamma: float  # what the closed loop amplifies at most; 1/gamma is the stability margin
+    least_gamma: float  # the least that any controller reaches
 
 
 def robust_controller(plant: StateMatrices, factor: float = 1.1) -> RobustController:

@@ -10,21 +10,13 @@ from hydroservo.machine.plants.design_model import DesignModel
 
 
 class LinearModel(NamedTuple):
-    """dx/dt = A x + B u, with one input.
+    """dx/dt = A x + B u, with one input."""
 
-    Attributes:
-        rates: A, shape (n, n).
-        driven: B, shape (n,), per volt.
-        names: of the states, as the law's equations write them.
-        sizes: of the states where the velocity is 1 m/s, by which SI numbers are scaled to go together.
-        command: the size of u [V] there.
-    """
-
-    rates: Matrix
-    driven: Matrix
-    names: tuple[str, ...]
-    sizes: Matrix
-    command: float
+    rates: Matrix  # A, shape (n, n)
+    driven: Matrix  # B, shape (n,), per volt
+    names: tuple[str, ...]  # of the states, as the law's equations write them
+    sizes: Matrix  # of the states where the velocity is 1 m/s, by which SI numbers are scaled to go together
+    command: float  # the size of u [V] there
 
     def scaled(self) -> "LinearModel":
         """The same in states and command of size 1."""

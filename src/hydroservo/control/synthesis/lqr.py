@@ -75,23 +75,15 @@ def feedback(
 
 
 class Design(NamedTuple):
-    """A linear quadratic law for the model at rest, scaled.
+    """A linear quadratic law for the model at rest, scaled."""
 
-    Attributes:
-        transition: F over a sample of the model's n states and m numbers of a memory, shape (n + m, n + m).
-        driven: G of the command, shape (n + m,).
-        gain: K, shape (n + m,).
-        sizes: what the states are scaled by, shape (n,).
-        rates: what the memory is scaled by, shape (m,).
-        command: what the command is scaled by [V].
-    """
-
+    # F over a sample of the model's n states and m numbers of a memory, shape (n + m, n + m)
     transition: Matrix
-    driven: Matrix
-    gain: Matrix
-    sizes: Matrix
-    rates: Matrix
-    command: float
+    driven: Matrix  # G of the command, shape (n + m,)
+    gain: Matrix  # K, shape (n + m,)
+    sizes: Matrix  # what the states are scaled by, shape (n,)
+    rates: Matrix  # what the memory is scaled by, shape (m,)
+    command: float  # what the command is scaled by [V]
 
     def of_states(self, scaled: Matrix) -> Matrix:
         """Rows that give commands from scaled states, as rows for [x1, x2, x3] and the memory, in volts."""

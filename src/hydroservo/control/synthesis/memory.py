@@ -9,17 +9,11 @@ from hydroservo.control.synthesis.matrix import Matrix
 
 
 class ErrorMemory(NamedTuple):
-    """m := F m + b e from one sample to the next, with e = x1 - r.
+    """m := F m + b e from one sample to the next, with e = x1 - r."""
 
-    Attributes:
-        transition: F, shape (n, n).
-        driven: b [s], shape (n,).
-        rates: the error that a metre of each number counts for [1/s], shape (n,).
-    """
-
-    transition: Matrix
-    driven: Matrix
-    rates: Matrix
+    transition: Matrix  # F, shape (n, n)
+    driven: Matrix  # b [s], shape (n,)
+    rates: Matrix  # the error that a metre of each number counts for [1/s], shape (n,)
 
 
 NOTHING = ErrorMemory(np.zeros((0, 0)), np.zeros(0), np.zeros(0))

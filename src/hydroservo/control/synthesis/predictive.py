@@ -13,15 +13,10 @@ from hydroservo.machine.plants.design_model import DesignModel
 
 
 class Plan(NamedTuple):
-    """How commands follow from states and from corrections, over a horizon of m moves.
+    """How commands follow from states and from corrections, over a horizon of m moves."""
 
-    Attributes:
-        free_response: the commands without corrections, per state; shape (m, n).
-        update: the matrix by which the splitting finds commands, shape (m, m).
-    """
-
-    free_response: Matrix
-    update: Matrix
+    free_response: Matrix  # the commands without corrections, per state; shape (m, n)
+    update: Matrix  # the matrix by which the splitting finds commands, shape (m, m)
 
 
 def plan(transition: Matrix, driven: Matrix, gain: Matrix, moves: int, hold: int) -> Plan:

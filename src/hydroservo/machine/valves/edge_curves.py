@@ -17,31 +17,19 @@ ROUNDED = 1e-9
 
 
 class ShapedEdges(NamedTuple):
-    """The shape of edges and where it has its scale from.
+    """The shape of edges and where it has its scale from."""
 
-    Attributes:
-        shape: of which P-A is open by as much as the spool moves where that is fully open.
-        at_full: what the curve of P-A has at full opening, in its own unit; 0 without curves.
-    """
-
-    shape: EdgeShape
-    at_full: float
+    shape: EdgeShape  # of which P-A is open by as much as the spool moves where that is fully open
+    at_full: float  # what the curve of P-A has at full opening, in its own unit; 0 without curves
 
 
 class EdgeCurves(NamedTuple):
-    """Flows or areas of edges over an opening, in SI units; STRAIGHT where there is none.
+    """Flows or areas of edges over an opening, in SI units; STRAIGHT where there is none."""
 
-    Attributes:
-        name: of the key of that for all edges; those of each edge end with its ports.
-        unit: of the curves.
-        every: of all edges that have none of their own.
-        pa: of each edge, over its own opening, as the others.
-    """
-
-    name: str
-    unit: str
-    every: Curve
-    pa: Curve
+    name: str  # of the key of that for all edges; those of each edge end with its ports
+    unit: str  # of the curves
+    every: Curve  # of all edges that have none of their own
+    pa: Curve  # of each edge, over its own opening, as the others
     at: Curve
     pb: Curve
     bt: Curve
