@@ -26,7 +26,6 @@ from hydroservo.show.table import texts_of
 if TYPE_CHECKING:
     import xarray as xr
 
-
 Vector = NDArray[np.float64]
 
 MOST_POINTS = 6000  # of a line: more than any screen has columns

@@ -24,7 +24,6 @@ from hydroservo.runs.trace import run_dataset
 if TYPE_CHECKING:
     import xarray as xr
 
-
 MOST_SUBSTEPS = 10**6
 LOWEST, HIGHEST = 1e-9, 1e9  # Hz
 Request = Mapping[str, Any]

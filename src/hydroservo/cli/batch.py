@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from hydroservo.scenario.stored_batch import SampledBatch, Workers
     from hydroservo.show import Finding
 
-
 PICTURED = 10**7  # runs; the columns of more take up memory that a batch in parts does not need otherwise
 LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
 ENDINGS = (*FORMATS, *PICTURE_ENDINGS)

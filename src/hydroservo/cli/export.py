@@ -25,7 +25,6 @@ export_app = typer.Typer(
     help="Write a scenario's controller, machine, equations, demand or loop as C99, Structured Text or FMUs.",
 )
 
-
 PartOption = Annotated[
     Part,
     typer.Option(
@@ -38,7 +37,6 @@ Prefix = Annotated[
     str | None,
     typer.Option("--prefix", metavar="NAME", show_default="the scenario's name", help="Prefix of all names."),
 ]
-
 
 Digits = Annotated[
     Precision, typer.Option("--precision", help="Precision of all numbers; single for controllers only.")

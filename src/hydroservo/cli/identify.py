@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     Ranges = Mapping[str, TableEntry]
     Changed = Mapping[str, object]
 
-
 Logs = Annotated[
     list[Path],
     typer.Argument(

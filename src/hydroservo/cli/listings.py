@@ -21,7 +21,6 @@ from hydroservo.show.terminal import show
 if TYPE_CHECKING:
     from hydroservo.scenario.descriptions import Description
 
-
 scenarios_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
 studies_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
 

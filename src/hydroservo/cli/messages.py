@@ -13,7 +13,6 @@ import typer
 if TYPE_CHECKING:
     from hydroservo.control.loop import Loop
 
-
 Report = Callable[[float, str], None]  # the fraction done, and what is being done
 
 PATIENCE = 2.0  # s

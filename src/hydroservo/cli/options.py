@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from hydroservo.control.loop import Loop
     from hydroservo.scenario.tables import TableEntry
 
-
 VARY = "--vary"
 LONGEST = 4096  # characters of one option
 WHERE = "A name with an ending is a file; one without, or with a / at its end, is a folder."

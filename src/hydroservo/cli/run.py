@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from hydroservo.control.loop import Loop
     from hydroservo.runs.trace import Trace
 
-
 NOTHING: tuple[str, ...] = ()  # no trajectory is kept where nothing will be written
 LARGE_TRACE = 2**28  # bytes; a larger trajectory is announced before the run
 

@@ -32,7 +32,6 @@ STAGE = re.compile(re.escape(PREFIX) + "[0-9a-f]{8}")
 LOCK = "in-use"
 NOTE = b"A process of hydroservo is writing here; the next one removes what a killed one left.\n"
 
-
 SIGNALS = [signal.SIGINT, signal.SIGTERM]
 if sys.platform != "win32":
     SIGNALS += [signal.SIGHUP, signal.SIGALRM]

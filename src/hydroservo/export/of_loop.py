@@ -50,7 +50,6 @@ TAKES = {  # name and type of each argument of step besides the state
     Part.LOOP: (),
 }
 
-
 PER_VOLT = "per_volt"
 CONVERTED: Mapping[type | None, tuple[str, ...]] = {  # which numbers are in the scenario's unit of commands
     Measurement: ("command",),

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from hydroservo.linear.linearization import Linearization, Quantity
     from hydroservo.linear.textbook import Textbook
 
-
 RESPONSES = ("machine", "open", "closed", "sensitivity", "compliance", "open_compliance")
 RECORDED = ("machine", "closed")
 COHERENT = 0.95  # of a log, from which a response counts as heard

@@ -21,7 +21,6 @@ from hydroservo.runs.provenance import provenance
 if TYPE_CHECKING:
     import xarray as xr
 
-
 LARGEST_TRACE = 2**31  # bytes
 MOST_SAMPLES = 2**51  # of a run: up to there each has a number and an instant of its own in doubles
 

@@ -38,7 +38,6 @@ from hydroservo.work.units import PARTS, Say, UnitStore, WorkUnit, manifest_in, 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-
 MANIFEST = "batch.json"
 STEPS = 10**8  # integration steps of a part: some seconds of a core
 LEAST, MOST = 2**8, 2**14  # runs of a part

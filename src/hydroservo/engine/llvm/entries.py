@@ -119,7 +119,6 @@ WRITTEN: dict[Any, Callable[[terms.Translator, Sequence[terms.Type]], terms.Func
     **state_text.TRANSLATED,
 }
 
-
 DOUBLES, INTEGERS = terms.Memory(terms.REAL), terms.Memory(terms.INT)
 TYPES: dict[type, terms.Type] = {
     float: terms.REAL,

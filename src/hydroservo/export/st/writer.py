@@ -16,7 +16,6 @@ from hydroservo.language.scope import TranslationError
 
 ATOM, UNARY = 7, 6  # how strongly operators bind
 
-
 VARIABLES = "active_parameters command demand measurement own_parameters parameters reset running state"
 OWN = frozenset(VARIABLES.split())  # in every function block
 RESERVED = ("defaults", "expected", "differs")  # functions of the block and of its replay

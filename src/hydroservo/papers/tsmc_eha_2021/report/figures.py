@@ -48,7 +48,6 @@ ESTIMATES = "Lumped disturbances (grey) and their estimates by the observer of T
 SURFACES = "Sliding surfaces and command of TSMC"
 READ = "Dots are recorded samples. What panels of the whole run cut off is named above them."
 
-
 FIRST = f"first {1e3 * START:g} ms"
 AT_JUMP = f"jump at {JUMP:g} s"
 LAW_COLOURS = {"pi": COLOURS["PI"], "backstepping": COLOURS["Backstepping"], "tsmc": COLOURS["TSMC"]}
