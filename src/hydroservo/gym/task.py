@@ -172,15 +172,11 @@ class Task:
         return (position < 0.0) | (position > self.stroke)
 
 
-class SignalSizes(NamedTuple):
-    """Sizes of signals."""
+def signal_sizes(loop: Loop, paths: Sequence[str]) -> tuple[NDArray[np.float64], float]:
+    """The largest absolute values of what is seen of a loop, and half of its demand's range.
 
-    signals: NDArray[np.float64]  # the largest absolute value of each in a run; 1 where it stays 0
-    error: float  # half of the demand's range; its largest absolute value where it is constant
-
-
-def signal_sizes(loop: Loop, paths: Sequence[str]) -> SignalSizes:
-    """The sizes of what is seen of a loop, from a run of it under its own law."""
+    They are of a run under its own law; 1 of what stays 0, and a constant demand's absolute value.
+    """
     at_samples = replace(loop, {"simulation.record_period": loop.simulation.period})
     recorded = ["controller.u", "reference.value"]
     data = quietly(simulate)(at_samples, record=recorded, metrics=[], strict=True)
@@ -194,7 +190,7 @@ def signal_sizes(loop: Loop, paths: Sequence[str]) -> SignalSizes:
         largest = np.fmax(largest, [abs(runs[path].item()) for path in paths])
         runs.advance(np.array([command]))
     spread = 0.5 * float(np.ptp(demand)) or float(np.max(np.abs(demand)))
-    return SignalSizes(np.where(np.isfinite(largest) & (largest > 0.0), largest, 1.0), spread or 1.0)
+    return np.where(np.isfinite(largest) & (largest > 0.0), largest, 1.0), spread or 1.0
 
 
 def environment_assembly(

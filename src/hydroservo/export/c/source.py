@@ -28,13 +28,6 @@ class SourceForm(NamedTuple):
     version: str  # of hydroservo
 
 
-class SourceTexts(NamedTuple):
-    """What goes into the two files."""
-
-    header: str
-    source: str
-
-
 INIT = "The state before the first sample; also what brings a unit back to its start."
 STEP = "One sample: the state becomes the next one."
 PURPOSES = {  # of init and step
@@ -94,7 +87,7 @@ extern "C" {{
 """
 
 
-def source_texts(translation: Translation, needed: Liveness, form: SourceForm) -> SourceTexts:
+def source_texts(translation: Translation, needed: Liveness, form: SourceForm) -> tuple[str, str]:
     """Header and source of a unit."""
     writer = CWriter(form.prefix, form.real, needed, translation.signals())
     state = translation.init.returns
@@ -122,7 +115,7 @@ def source_texts(translation: Translation, needed: Liveness, form: SourceForm) -
     ]
     records = [writer.record(one) for one in shown]
     header = header_text(form, records, entry_declarations(translation, writer, form.inlined))
-    return SourceTexts(header, lay_out(join_sections(parts)))
+    return header, lay_out(join_sections(parts))
 
 
 def constant_text(one: NamedConstant) -> str:
