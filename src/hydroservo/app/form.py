@@ -145,7 +145,6 @@ def all_numbers(blocks: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
 
 
 def finite_bound(*bounds: float | None) -> float | None:
-    """The bound of a range that is there."""
     return next((one for one in bounds if one is not None and math.isfinite(one)), None)
 
 

@@ -69,7 +69,6 @@ def serve(
 
 
 def open_socket(address: Address) -> socket.socket:
-    """A socket that listens."""
     host, port = address
     if port is not None and not 0 <= port < 2**16:
         raise ParameterError("port", port, "must be from 0, for any that is free, to 65535")

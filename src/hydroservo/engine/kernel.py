@@ -129,7 +129,6 @@ def compiled_run(
 
 
 def sample_kernel(study: RunSpec, wanted: Recording) -> Callable[..., tuple[Block, MonitorGroups, int]]:
-    """The function that runs samples of a study."""
     record, holds = flat.recorder(wanted.recorded), flat.checker(wanted.watched, dict(wanted.reach))
     hear_sample, hear_step = listener(study.watch.samples), listener(study.watch.steps)
     move = mover(study)

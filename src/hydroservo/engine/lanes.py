@@ -143,7 +143,6 @@ class Rows(NamedTuple):
 
 
 def state_rows(state: Block, first: int) -> Rows:
-    """States in the rows from one on."""
     return Rows(flat.loader(state, lane_index(first)), flat.storer(state, lane_index(first)))
 
 
@@ -159,7 +158,6 @@ def beginner(lane_of: Callable[..., Any], states: Rows) -> Callable[..., None]:
 
 
 def sampler(lane_of: Callable[..., Any], states: Rows) -> Callable[..., None]:
-    """What samples in every lane."""
     load, store = states
 
     def sample(system, memory, t, dt):  # type: ignore[no-untyped-def]

@@ -35,7 +35,6 @@ class MonitorGroups(NamedTuple):
 
 
 def monitor_groups(monitors: Mapping[str, Block]) -> MonitorGroups:
-    """Monitors by name as one block."""
     stepped = [monitor for monitor in monitors.values() if not is_sampled(monitor)]
     return MonitorGroups(as_pairs(list(filter(is_sampled, monitors.values()))), as_pairs(stepped))
 

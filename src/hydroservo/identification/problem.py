@@ -152,7 +152,6 @@ def simulate_segments(problem: Problem, x: Vector, slopes: bool = True) -> list[
 
 
 def simulate_segment(problem: Problem, number: int, x: Vector, slopes: bool) -> SimulatedSegment:
-    """One segment at a point."""
     one = problem.experiments[number]
     log, signals = one.segment.log, list(one.segment.measured)
     moved = [

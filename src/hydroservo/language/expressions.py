@@ -163,7 +163,6 @@ class Expressions:
         )
 
     def block_field(self, block: Any, field: str, name: str, module: str, node: ast.AST) -> Value:
-        """A field of a block that a module holds."""
         value = getattr(block, field)
         return Literal(REAL, value) if type(value) is float else self.python(value, name, module, node)
 

@@ -156,7 +156,6 @@ def without_growth(data: "xr.Dataset", path: str, point: OperatingPoint) -> Vect
 
 
 def excited_loop(loop: Loop, point: OperatingPoint, given: Mapping[str, Block], plan: ExcitationPlan) -> Loop:
-    """The loop as it is excited, beginning at the point."""
     here, h = point.loop, loop.simulation.period
     share = float(getattr(here.hold, "delay", 0.0)) / h
     samples = plan.period * (1 + plan.periods)

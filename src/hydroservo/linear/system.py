@@ -116,7 +116,6 @@ def size_vector(state: Block, *others: float) -> Vector:
 
 
 def demand_sizes(point: OperatingPoint) -> Vector:
-    """Of the demand and its derivatives."""
     value = max(abs(point.demand.value), {"N": 1e3, "Pa": 1e6}.get(point.loop.controls.declared().unit, 0.1))
     return np.array([value, max(value, abs(point.demand.rate)), value])
 

@@ -31,7 +31,6 @@ def checked_loop(value: object, name: str = "loop") -> Loop:
 
 
 def checked_loops(value: object, name: str = "loops") -> list[Loop]:
-    """A list of loops, at least one."""
     found = as_list(name, value, "loops, such as [loop]")
     if not found:
         raise ParameterError(name, value, "must be at least one")

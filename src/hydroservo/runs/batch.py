@@ -304,7 +304,6 @@ def divergence_metrics(losses: Sequence[Loss]) -> NDArray[np.float64]:
 
 
 def losses_of(job: BatchJob, runs: "LaneGroup | CudaGroup", used: int) -> list[Loss]:
-    """What each run of a group lost, and when."""
     lost = runs.lost[:used]
     if not lost.any():
         return [NOTHING] * used

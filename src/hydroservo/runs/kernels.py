@@ -70,7 +70,6 @@ class Mode(NamedTuple):
 
 
 def gathered_states(loop: Loop, states: Block) -> list[Block]:
-    """What each monitor of a loop gathered."""
     from hydroservo.engine.watch import spans_of, state_reader
 
     numbers, watching = values(states), monitors_of(loop)

@@ -167,7 +167,6 @@ def candidate_outcome(aim: Aim, i: int, candidates: Columns, threads: int | None
 
 
 def outcome_of_runs(aim: Aim, i: int, runs: "xr.Dataset") -> CandidateOutcome:
-    """The outcome of each candidate in the runs of loop i."""
     error = candidate_means(aim, i, runs)
     if ACTIVITY not in runs:
         return CandidateOutcome(error, np.full(error.size, math.nan))

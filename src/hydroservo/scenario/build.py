@@ -157,7 +157,6 @@ class Draft(NamedTuple):
             raise self.table.error(str(error)) from None
 
     def replaced(self, numbers: Mapping[str, float]) -> "Draft":
-        """The draft with other numbers, by their paths in it."""
         members = dict(self.members)
         for path, value in numbers.items():
             name, _, rest = path.partition(".")

@@ -300,7 +300,6 @@ def nested_numbers_schema() -> Schema:
 
 
 def closed_table(keys: Schema) -> Schema:
-    """A table that has these keys alone."""
     return {"type": "object", "properties": keys, "additionalProperties": False}
 
 

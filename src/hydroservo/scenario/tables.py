@@ -53,7 +53,6 @@ class Layer(NamedTuple):
     given: Mapping[str, Any]
 
     def with_keys(self, wanted: Callable[[str], bool]) -> "Layer":
-        """The layer with those keys alone that are wanted."""
         return Layer(self.origin, {name: value for name, value in self.given.items() if wanted(name)})
 
 

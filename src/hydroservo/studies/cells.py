@@ -138,7 +138,6 @@ def with_search_steps(loop: Loop, step: float | None) -> Loop:
 
 
 def group_identity(group: ConditionGroup) -> dict[str, Any]:
-    """What a group is, as text."""
     judges = block_tables(group.loop.metrics)
     return {
         "loop": canonical_toml(group.loop),
@@ -149,7 +148,6 @@ def group_identity(group: ConditionGroup) -> dict[str, Any]:
 
 
 def conditions_digest(drawn: DrawnConditions) -> str:
-    """A digest of the bits of conditions."""
     digest = hashlib.sha256()
     arrays = {"numbers": drawn.numbers, "scales": drawn.scales, **dict(sorted(drawn.columns.items()))}
     for name, values in arrays.items():

@@ -127,7 +127,6 @@ def draw_kind(
 
 
 def stressed_values(study: StudySpec, one: Variation, assembly: Assembly, deviation: Numbers) -> Numbers:
-    """What a number of the machine is at some deviations."""
     found: Numbers = np.asarray(one.nominal) * (1.0 + deviation)
     field = (
         assembly.arguments[one.path].field

@@ -180,7 +180,6 @@ def own_ranges(study: StudySpec, law: LawSpec, own: Assembly, place: str) -> Sea
 
 
 def observer_ranges(study: StudySpec, law: LawSpec, assembly: Assembly, place: str) -> SearchRanges:
-    """What is searched of an observer that a law is given."""
     if not law.observer:
         return {}
     path_of = path_in_study(law)

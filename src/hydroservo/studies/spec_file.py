@@ -28,7 +28,6 @@ NAME = "abcdefghijklmnopqrstuvwxyz0123456789-"  # of laws, levels and kinds: the
 
 
 def text_at(table: LayeredTable, name: str, default: str | None = None) -> str:
-    """A text that is not empty."""
     if not table.has(name):
         if default is None:
             raise table.error(f"needs {name}")
@@ -206,7 +205,6 @@ def laws_in_table(
 
 
 def with_table_changes(law: LawSpec, table: LayeredTable) -> LawSpec:
-    """A law with what its table sets of it."""
     changes = changes_in(table, "set")
     for path in changes:
         if not path.startswith("controller."):

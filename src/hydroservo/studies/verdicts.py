@@ -172,7 +172,6 @@ def checked_laws(manifest: Mapping[str, Any], used: set[str]) -> dict[str, dict[
 
 
 def prices_over(cells: Mapping[str, CellVerdict], rules: Rules) -> dict[str, ErrorRatio]:
-    """The prices of sensors over all cells that have them."""
     found: dict[str, dict[str, tuple[float, float, float]]] = {}
     for cell, verdict in cells.items():
         for one in verdict.prices:

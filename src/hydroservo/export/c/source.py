@@ -128,7 +128,6 @@ def join_sections(parts: Sequence[str]) -> str:
 
 
 def header_text(form: SourceForm, records: Sequence[str], declared: Sequence[str]) -> str:
-    """The header, for C and C++."""
     defaults = f"extern const {form.prefix}_parameters {form.prefix}_defaults;\n"
     body = lay_out(join_sections([*records, "" if form.inlined else defaults, *declared]))
     guard = form.prefix.upper()

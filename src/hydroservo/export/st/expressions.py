@@ -68,7 +68,6 @@ class ExpressionWriter:
         return name_written
 
     def constant_name(self, key: object, constant: Declaration) -> str:
-        """The name of a constant of the function."""
         if key not in self.constants:
             self.constants[key] = constant._replace(name=unused_name(constant.name, self.taken))
         return self.constants[key].name

@@ -55,7 +55,6 @@ class FunctionWriter(ExpressionWriter):
             self.statement(one, last and one is live[-1])
 
     def live_statements(self, body: Sequence[terms.Statement]) -> list[terms.Statement]:
-        """The statements that matter."""
         live = self.writer.needed.locals[self.function]
         return [one for one in body if matters(one, live)]
 

@@ -78,7 +78,6 @@ def read_binary_columns(path: Path, choose: Choose, largest: int, *, gaps: bool)
 
 
 def choose_from(table: BinaryTable, choose: Choose, name: str) -> Sequence[RecordColumn]:
-    """The columns that are wanted."""
     others = f"{', '.join(table.others[:NAMED])}{' ...' if len(table.others) > NAMED else ''}"
     advice = ADVICE if name.lower().endswith(".mat") else ""
     if not table.headers:
@@ -106,7 +105,6 @@ def check_lengths(columns: Sequence[RecordColumn], samples: Samples, name: str) 
 
 
 def check_increasing(column: RecordColumn, instants: NDArray[np.float64], name: str) -> None:
-    """Refuse instants that do not increase."""
     late = np.flatnonzero(~(np.diff(instants) > 0.0))
     if late.size:
         place = f"row {late[0] + 2}, column {column.header.text}"
@@ -215,7 +213,6 @@ def open_in_process(path: Path) -> Iterator[BinaryTable]:
 
 
 def receive_columns(process: Any, places: Sequence[int]) -> list[NDArray[Any]]:
-    """The columns at some places, from a process that waits for them."""
     process.stdin.write(json.dumps(list(places)).encode() + b"\n")
     process.stdin.flush()
     there: Any = SimpleNamespace(read=process.stdout.read)

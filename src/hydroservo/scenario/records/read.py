@@ -272,7 +272,6 @@ def read_text_columns(
 
 
 def cell_reader(column: RecordColumn, decimals: Decimals, gaps: bool) -> Callable[[str, int], float]:
-    """What reads the cells of a column."""
     text = column.header.text
     if column.header.clock and column.signal == TIME:
         clock = Clock()

@@ -119,7 +119,6 @@ def factorial_picture(found: StudyView) -> "Plot":
 
 
 def observer_of(law: Mapping[str, Any]) -> str:
-    """The observer of a law as a legend has it."""
     return str(law["observer"] or "").removesuffix("Observer")
 
 

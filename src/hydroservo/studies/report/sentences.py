@@ -211,7 +211,6 @@ def worth_sentences(found: StudyView) -> list[str]:
 
 
 def sensor_sentences(found: StudyView) -> list[str]:
-    """What sensors are worth."""
     words = {"V": "velocity or position alone", "VP": "load pressure too", "VPX": "the spool's place too"}
     lines = []
     for name, ratio in found.at.prices.items():

@@ -128,7 +128,6 @@ def run_surfaces(run: xr.Dataset) -> list[Surface]:
 
 
 def run_laws(run: xr.Dataset) -> RunLaws:
-    """The laws of a run, from its scenario."""
     scenario = scenario_tables(run)
     controller = scenario["controller"]
     observer = with_numbers(OBSERVER, controller["observer"])
