@@ -165,7 +165,10 @@ def variable_of(one: Any, description: Any) -> FmuVariable:
         unit=unit,
         in_base_units=in_base_units,
         factor=factor,
-        sizes=tuple(dimension_size(dimension) for dimension in one.dimensions),
+        sizes=tuple(
+            -1 - int(side.valueReference) if side.start is None else int(side.start)
+            for side in one.dimensions
+        ),
         start=int(one.start) if one.type.startswith(("Int", "UInt")) and one.start else 0,
     )
 
@@ -179,11 +182,6 @@ def unit_in_base_units(unit: Any) -> tuple[str, float]:
         return "", 1.0
     powers = [f"{name}^{power}" for name in BASE if (power := int(getattr(unit, name) or 0))]
     return " ".join(powers) or "1", float(unit.factor)
-
-
-def dimension_size(dimension: Any) -> int:
-    """The size of a dimension as :class:`FmuVariable` has it."""
-    return -1 - int(dimension.valueReference) if dimension.start is None else int(dimension.start)
 
 
 @lru_cache(maxsize=64)

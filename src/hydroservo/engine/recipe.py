@@ -94,15 +94,9 @@ def engine_text() -> str:
     return found.hexdigest()
 
 
-def names_in_engine() -> frozenset[str]:
-    """The names that stand after a dot in the engine's sources, in the text that they write too."""
-    return frozenset(
-        name for path in ENGINE.glob("*.py") for name in NAME.findall(path.read_text(encoding="utf-8"))
-    )
-
-
 LOADED = engine_text()
-CALLED = names_in_engine()
+# The names that stand after a dot in the engine's sources, in the text that they write too.
+CALLED = frozenset(name for path in ENGINE.glob("*.py") for name in NAME.findall(path.read_text("utf-8")))
 
 
 def features() -> str:
