@@ -9,6 +9,7 @@ from hydroservo.control.controllers import PID, TSMC, FixedDemand, ForceLimit, I
 from hydroservo.control.wiring import wired, with_signal
 from hydroservo.core.block import field_at
 from hydroservo.core.signals import Demand, Measurement
+from hydroservo.runs.cautions.loop import mismatch_cautions
 from hydroservo.testing.examples import example
 
 H = 1e-3
@@ -47,6 +48,23 @@ def test_a_law_that_cannot_control_the_force_is_refused() -> None:
     law = ForceLimit(PID(1.0), FixedDemand(example(TSMC), 1e4))
     with pytest.raises(ParameterError, match=r"controller.limiting.controller.*the force"):
         wired(example(Loop, controller=law, controls=Position()))
+
+
+@pytest.mark.parametrize(("value", "found"), [("500 kN", 1), ("100 kN", 0)])
+def test_a_limit_out_of_reach_is_doubtful(value: str, found: int) -> None:
+    loop = load_scenario("axis/press", {"controller.controller.limiting.value": value})
+    lines = [line for line in mismatch_cautions(loop) if "limiting.value is 500 kN" in line]
+    assert len(lines) == found
+
+
+def test_ranges_of_a_base_do_not_count_for_another_signal() -> None:
+    law = {"proportional_gain": "0.1 V/bar", "integral_gain": "0.1 V/(bar s)", "integral_range": "2 bar"}
+    changes = {
+        "controller.controller.limiting": {"controls": {"type": "PressureA"}, "value": "70 bar"},
+        "controller.controller.limiting.controller": law | {"derivative_gain": "0 V s/bar"},
+    }
+    loop = load_scenario("axis/press", changes)
+    assert field_at(loop, "controller.controller.limiting.controller.proportional_gain").unit == "V/Pa"
 
 
 def test_an_impedance_yields_as_its_equation_has_it() -> None:

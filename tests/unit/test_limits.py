@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from hydroservo import Loop, ParameterError, limit, limit_over_periods, load_scenario, plot, replace
 from hydroservo.control.controlled import Command
@@ -15,7 +16,7 @@ from hydroservo.control.references import Ramp, Sine, Square
 from hydroservo.core.block import Field, values
 from hydroservo.core.states import filled
 from hydroservo.limits.command import CommandLimits, command_limits, loosest_limits
-from hydroservo.limits.least_error import without_law
+from hydroservo.limits.least_error import Limits, unless_worse, without_law
 from hydroservo.limits.over_periods import checked_periods
 from hydroservo.limits.problem import machine_functions
 from hydroservo.limits.search import expected_course, foreknowledge, jump_steps, surprises
@@ -206,3 +207,15 @@ def test_a_law_that_goes_unstable_does_not_spoil_the_limits():
     assert wild.law > 10.0 * still.law
     assert wild.causal == pytest.approx(still.causal, rel=1e-3)
     assert wild.clairvoyant < still.law
+
+
+def test_a_limit_above_what_another_command_leaves_is_none():
+    run = xr.Dataset({"rms_error": 2.0}, attrs={"converged": True})
+    assert unless_worse(run, 1.9999) is run
+    worse = unless_worse(run, 1.0)
+    assert worse.attrs["converged"] is False
+    assert "another command leaves less" in worse.attrs["warning"]
+    law = xr.Dataset({"rms_error": 4.0})
+    multiples = Limits(law, worse, run).multiples()
+    assert math.isnan(multiples["causal"])
+    assert multiples["clairvoyant"] == 2.0

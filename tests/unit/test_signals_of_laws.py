@@ -100,14 +100,14 @@ def test_runs_of_different_signals_are_not_laid_side_by_side() -> None:
 @pytest.mark.parametrize(
     ("controls", "asked", "said"),
     [
-        (Position(), 0.1, "the demand goes to 100 mm, and the machine's position to 0 mm ... 78.0 mm"),
-        (Force(), -1e5, "the demand goes to -100 kN, and the machine's force to -1960 N ... 1960 N"),
+        (Position(), 0.1, "the demand goes to 100 mm; the machine's position is from 0 mm to 78.0 mm"),
+        (Force(), -1e5, "the demand goes to -100 kN; the machine's force is from -1960 N to 1960 N"),
         (
             PressureA(),
             5e6,
-            "and the machine's pressure A to -1.01 bar ... 40.0 bar",
+            "the machine's pressure A is from -1.01 bar to 40.0 bar",
         ),
-        (LoadPressure(), 5e6, "the machine's load pressure to -40.0 bar ... 40.0 bar"),
+        (LoadPressure(), 5e6, "the machine's load pressure is from -40.0 bar to 40.0 bar"),
         (Position(), 0.07, ""),
     ],
 )

@@ -57,7 +57,8 @@ def sustained_line(one: SustainedOscillation) -> Line:
         return Line(
             f"{run} does not oscillate", f" with {quantity(THRESHOLD, 'V')} of command or more.", Mark.GOOD
         )
-    return Line(f"{run} is too short to tell", " whether it oscillates.", Mark.DOUBTFUL)
+    longer = " whether it oscillates; a longer simulation.duration may tell."
+    return Line(f"{run} is too short to tell", longer, Mark.DOUBTFUL)
 
 
 def cause_sentence(one: SustainedOscillation) -> str:

@@ -15,6 +15,7 @@ from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE
 from hydroservo.identification.regression import regression, thin_out
 from hydroservo.identification.segments import Segment, UnderstoodLog, noise_of
 
+ABOVE = 3.0  # times the supply, that a chamber's pressure may be
 BEYOND = 0.1  # of the stroke, by which a sensor's zero may lie beside the machine's
 PRESSURES = frozenset({"pressure_a", "pressure_b"})
 SIGMAS = 5.0  # of a speed's noise, within which the direction of motion is not known
@@ -56,6 +57,17 @@ def check_positions(logs: Iterable[UnderstoodLog], stroke: float) -> None:
                 "unit and its zero those of the machine?"
             )
             raise ScenarioError(one.log.name, "position", problem)
+
+
+def check_pressures(logs: Iterable[UnderstoodLog], supply: float) -> None:
+    """Refuse pressures far above that of the supply [Pa], as of a wrong unit."""
+    for one in logs:
+        for name in ("pressure_a", "pressure_b"):
+            rows = [part.measured[name] for part in one.segments if name in part.measured]
+            if rows and (usual := float(np.nanmedian(np.concatenate(rows)))) > ABOVE * supply:
+                here, most = plain_quantity(usual, "Pa"), plain_quantity(supply, "Pa")
+                problem = f"is {here} in the median, and the scenario's supply has {most}: is its unit right?"
+                raise ScenarioError(one.log.name, name, problem)
 
 
 class Resistance(NamedTuple):

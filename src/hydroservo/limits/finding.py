@@ -1,5 +1,6 @@
 """What the limits of a law say."""
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -22,13 +23,16 @@ MEANINGS = {
     "clairvoyant": "the best command, all known",
 }
 CAPTION = "The law, and the best commands: what is controlled, error and command."
+STAR = "* No limit: the search did not end in an optimum."
 NOTE = "Multiple: how many times this error the law leaves."
 
 
 def limits_finding(limits: "Limits", scenario: str = "") -> Finding:
     """What the limits of a law say."""
     law = limits.law
-    times = " and ".join(f"{number(one)} times the {name} limit" for name, one in limits.multiples().items())
+    multiples = {name: one for name, one in limits.multiples().items() if not math.isnan(one)}
+    times = " and ".join(f"{number(one)} times the {name} limit" for name, one in multiples.items())
+    times = times or "and no limit was found"
     warnings = dict.fromkeys(line for run in limits for line in warnings_of(run))
     return Finding(
         title_of("Limits", scenario or controller_title(law)),
@@ -52,10 +56,14 @@ def limits_table(limits: "Limits") -> Table:
         Column("meaning"),
     )
     rows = [
-        [Cell(name), Cell(float(run["rms_error"])), Cell(multiples.get(name)), Cell(MEANINGS[name])]
+        [
+            Cell(name if run.attrs.get("converged", True) else f"{name} *"),
+            *(Cell(float(run["rms_error"])), Cell(multiples.get(name)), Cell(MEANINGS[name])),
+        ]
         for name, run in limits._asdict().items()
     ]
-    return Table("limits", columns, rows, "What each command leaves.", NOTE)
+    stars = "" if all(run.attrs["converged"] for run in limits[1:]) else f" {STAR}"
+    return Table("limits", columns, rows, "What each command leaves.", NOTE + stars)
 
 
 def draw_limits(limits: "Limits") -> "Plot":

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydroservo.control.loop import AUTO, Loop
+from hydroservo.core.assumptions import margin_ratio
 from hydroservo.core.block import replace
 from hydroservo.core.errors import require
 from hydroservo.limits.command import CommandLimits, Playback, command_limits
@@ -22,6 +23,7 @@ from hydroservo.limits.search import (
 )
 from hydroservo.machine.sensors import IdealSensors
 from hydroservo.runs.arguments import checked_loop
+from hydroservo.runs.cautions import with_warning
 from hydroservo.runs.run import RunProgress
 from hydroservo.runs.step_sizes import with_substeps
 from hydroservo.show import Finding
@@ -29,6 +31,7 @@ from hydroservo.show.html import html_of
 from hydroservo.work.notebook_bar import shows_progress
 
 LAW = 0.05  # of the work, that is done after its run
+WORSE = 1e-3  # by which a limit may lie above what another command leaves
 
 
 class MachineLimits(NamedTuple):
@@ -64,7 +67,9 @@ def machine_limits(loop: Loop, limits: CommandLimits) -> MachineLimits:
     still = limit_run(loop._replace(controller=Playback(np.zeros(checked_samples(loop) + 1))))
     loop = with_steps_of(still, loop)
     found = best_commands(loop, limits, rest_beginning(loop, limits, still), lambda _: None, threads=1)
-    return machine_limits_of(*found)
+    best, rest = machine_limits_of(*found), float(still["rms_error"])
+    stayed = 0.0 < rest <= best.clairvoyant  # as where no small command moves the machine
+    return best._replace(converged=best.converged and not stayed)
 
 
 def machine_limits_of(causal: Any, clairvoyant: Any) -> MachineLimits:
@@ -101,10 +106,15 @@ class Limits(NamedTuple):
         return html_of(self.finding())
 
     def multiples(self) -> dict[str, float]:
-        """How many times the rms error of each limit the law leaves; inf over a limit of 0."""
-        errors = {name: float(data["rms_error"]) for name, data in self._asdict().items()}
-        law = errors.pop("law")
-        return {name: law / error if error > 0.0 else math.inf for name, error in errors.items()}
+        """How many times the rms error of each limit the law leaves.
+
+        inf over a limit of 0, and nan where the search for one did not end in an optimum.
+        """
+        law, limits = float(self.law["rms_error"]), {"causal": self.causal, "clairvoyant": self.clairvoyant}
+        return {
+            name: margin_ratio(law, float(run["rms_error"])) if run.attrs["converged"] else math.nan
+            for name, run in limits.items()
+        }
 
 
 @shows_progress
@@ -130,9 +140,9 @@ def limit(loop: Loop, *, progress: RunProgress | None = None) -> Limits:
     Returns:
         Three runs, with signal, demand and command recorded at each sample, and the metrics of
         :class:`~hydroservo.control.monitors.TrackingError`. Those of the limits have the attributes
-        ``iterations``, of the solver, and ``converged``, whether the conditions of an optimum hold; where
-        they do not, an attribute ``warning`` says so. The clairvoyant one has ``sought_rms_error`` too, what
-        the search says that its command leaves.
+        ``iterations``, of the solver, and ``converged``, whether the conditions of an optimum hold and
+        neither the law nor another search leaves less; where not, an attribute ``warning`` says so. The
+        clairvoyant one has ``sought_rms_error`` too, what the search says that its command leaves.
 
     Raises:
         ParameterError: the loop controls nothing or has too many samples, its command has no limit, its
@@ -156,4 +166,13 @@ def limit(loop: Loop, *, progress: RunProgress | None = None) -> Limits:
         report(LAW + (1.0 - LAW) * done)
 
     best = best_commands(loop, limits, run_beginning(loop, limits, own), report_search, os.cpu_count() or 1)
-    return Limits(own, best.causal, best.clairvoyant)
+    law, causal = float(own["rms_error"]), float(best.causal["rms_error"])
+    return Limits(own, unless_worse(best.causal, law), unless_worse(best.clairvoyant, min(law, causal)))
+
+
+def unless_worse(run: Any, least: float) -> Any:
+    """The run of a best command; one that did not converge where another command leaves less."""
+    if float(run["rms_error"]) <= least * (1.0 + WORSE):
+        return run
+    line = "the search ended in a local optimum: another command leaves less"
+    return with_warning(run.assign_attrs(converged=False), [line])

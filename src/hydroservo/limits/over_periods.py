@@ -16,7 +16,14 @@ from hydroservo.core.errors import HydroservoError, ParameterError, require
 from hydroservo.core.field import Field, declared_fields
 from hydroservo.limits.command import command_limits
 from hydroservo.limits.finding import over_periods_finding
-from hydroservo.limits.least_error import MachineLimits, limit, machine_limits, machine_limits_of, without_law
+from hydroservo.limits.least_error import (
+    WORSE,
+    MachineLimits,
+    limit,
+    machine_limits,
+    machine_limits_of,
+    without_law,
+)
 from hydroservo.runs.arguments import as_list, checked_loop
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.run import RunProgress
@@ -151,7 +158,7 @@ def limits_at(loop: Loop, report: RunProgress) -> LimitsAtPeriod:
     if not best.converged:
         with suppress(HydroservoError):  # it is not the law that is in the way
             best = machine_limits(without_law(loop), command_limits(loop))
-    if not best.converged:
+    if not best.converged or best.clairvoyant > law * (1.0 + WORSE):
         best = MachineLimits(math.nan, math.nan, False)
         reason = reason or "the search for a limit does not end"
     return LimitsAtPeriod(period, law, best.causal, best.clairvoyant, reason, lines)

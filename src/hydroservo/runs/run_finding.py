@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     Run = Trace | xr.Dataset
 
 VAPOUR = 1e4  # [Pa] absolute, down to which oil may lose air without losing its flow; chosen here
+NOTHING = 100.0  # [Pa] below atmospheric pressure, that is none
 LONG = 0.01  # s of low pressure that are worth a sentence
 
 Metrics = Mapping[str, float | bool]
@@ -82,7 +83,7 @@ def pressure_line(metrics: Metrics) -> str:
         )
     if lowest <= VAPOUR - ATMOSPHERE:
         return f"A chamber cavitates: its pressure falls to {quantity(lowest, 'Pa')}, nearly a vacuum."
-    if not (time > LONG and lowest < 0.0):
+    if not (time > LONG and lowest < -NOTHING):
         return ""
     return (
         f"A chamber is below atmospheric pressure for {quantity(time, 's')}: it falls to "

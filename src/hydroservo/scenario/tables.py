@@ -139,11 +139,15 @@ class LayeredTable(NamedTuple):
         return self._replace(layers=tuple(reversed(kept)))
 
     def has_type_above(self, origin: FileOrigin, path: str) -> bool:
-        """Whether a layer above that of an origin gives a ``type`` to a table along a path in this one."""
+        """Whether a layer above that of an origin gives a ``type`` to a table along a path in this one.
+
+        That of the signal which a table controls counts too, as units depend on it.
+        """
         above = [layer.given for layer in takewhile(lambda layer: layer.origin is not origin, self.layers)]
         for name in path.split(".")[:-1]:
             above = [given[name] for given in above if isinstance(given.get(name), Mapping)]
-            if any("type" in given for given in above):
+            signals = [given["controls"] for given in above if isinstance(given.get("controls"), Mapping)]
+            if any("type" in given for given in (*above, *signals)):
                 return True
         return False
 

@@ -9,8 +9,9 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.command_scale import VOLTS, commands_in
 from hydroservo.core.errors import ParameterError, one_of
 from hydroservo.core.formatting import plain_quantity
+from hydroservo.core.hooks import line_pressures
 from hydroservo.identification.log import COMMAND, EXTERNAL_FORCE, TIME, LogSource, log_mapping, read_logs
-from hydroservo.identification.log_check import check_balance, check_positions, stroke_of
+from hydroservo.identification.log_check import check_balance, check_positions, check_pressures, stroke_of
 from hydroservo.identification.maps.characteristic import characteristic_map
 from hydroservo.identification.maps.decay import decay_map
 from hydroservo.identification.maps.friction import friction_map
@@ -127,6 +128,7 @@ def measure_map(
         return friction_map(logs, loop, piston)
     if loop is not None:
         check_positions(logs, stroke_of(loop.plant))
+        check_pressures(logs, line_pressures(loop).supply)
     if kind == MapKind.CHARACTERISTIC:
         return characteristic_map(logs, loop, piston)
     if loop is None or piston is None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.control.controllers import Dither
+from hydroservo.control.controllers import Dither, FixedDemand
 from hydroservo.control.loop import Loop
 from hydroservo.core.block import Block, field_at, leaves, nested_blocks
 from hydroservo.core.errors import ParameterError, one_line
@@ -29,25 +29,36 @@ def demand_caution(loop: Loop) -> str:
 
     Fails to see a demand that is there and back between two of 1001 instants.
     """
-    if not hasattr(loop.controls, "reach"):
-        return ""
-    line = line_pressures(loop)
-    if is_valveless(loop.drive):  # which has a pressure of its own, whatever the line's
-        line = Pressures(math.inf, line.tank)
-    least, most = loop.controls.reach(at_rest(loop), line)
     times = np.linspace(0.0, loop.simulation.duration, INSTANTS)
     asked = demand_values(loop.reference, times)
     asked = asked[np.isfinite(asked)]
     if not asked.size:
         return ""
-    lowest, highest = float(asked.min()), float(asked.max())
-    for value, beyond in ((lowest, lowest < least), (highest, highest > most)):
-        if beyond:
-            signal = loop.controls.declared()
-            here, low, high = (quantity(one, signal.unit) for one in (value, least, most))
-            said = f"the demand goes to {here}, and the machine's {signal.meaning} to {low} ... {high}"
-            return said.replace(MINUS, "-")
-    return ""
+    ends = (float(asked.min()), float(asked.max()))
+    lines = (out_of_reach(loop, loop.controls, "the demand goes to", value) for value in ends)
+    return next(filter(None, lines), "")
+
+
+def fixed_demands(loop: Loop) -> Iterator[str]:
+    """Which fixed demands of the laws in a loop the machine cannot hold."""
+    for path, block in nested_blocks(loop.controller, "controller"):
+        if isinstance(block, FixedDemand):
+            yield out_of_reach(loop, block.controls, f"{path}.value is", block.value)
+
+
+def out_of_reach(loop: Loop, controls: Any, subject: str, value: float) -> str:
+    """That a value of a signal is one that the machine cannot take; else empty."""
+    if not hasattr(controls, "reach"):
+        return ""
+    line = line_pressures(loop)
+    if is_valveless(loop.drive):  # which has a pressure of its own, whatever the line's
+        line = Pressures(math.inf, line.tank)
+    least, most = controls.reach(at_rest(loop), line)
+    if least <= value <= most:
+        return ""
+    signal = controls.declared()
+    here, low, high = (quantity(one, signal.unit) for one in (value, least, most))
+    return f"{subject} {here}; the machine's {signal.meaning} is from {low} to {high}".replace(MINUS, "-")
 
 
 def late_caution(loop: Loop) -> str:
@@ -103,6 +114,7 @@ def mismatch_cautions(loop: Loop) -> list[str]:
         *coarse_dither(loop),
         *short_ranges(loop),
         *coarse_resolutions(loop),
+        *fixed_demands(loop),
     )
     return [line for line in (*asked, *high_starts(loop), *empty_supply(loop), *massless_oil(loop)) if line]
 
