@@ -9,7 +9,7 @@ from hydroservo.core.hooks import HOOKS
 
 SOURCES = Path(hydroservo.__file__).parent
 OF_ROLES = {  # which blocks of a role have; asked for to say who does not
-    *("orifice", "simplified", "init", "step", "values")
+    *("flow", "orifice", "simplified", "init", "step", "values")
 }
 OF_NUMBERS = {  # of some machines; maps, proposals, environments and the page use them where a type has them
     *("stroke", "supply_pressure", "leakage", "internal_leakage", "external_leakage", "friction", "coulomb"),

@@ -106,6 +106,7 @@ def test_builtin_names_and_text() -> None:
         "position-adrc",
         "position-adrc-2",
         "position-lq",
+        *("press", "press-impedance", "press-override"),
         "pump-controlled",
     )
     laws = {name.rpartition("-")[0] for name in names if name.startswith("laws/")}

@@ -176,7 +176,7 @@ def test_weights_of_a_base_wait_for_the_scenarios_that_they_are_of(write) -> Non
             "tune.candidate: unknown key (value 64); it must be one of vary, scenarios, ",
         ),
         ("tune.candidate = 64", "did you mean candidates?"),
-        ("tune.candidates = 0", "tune.candidates: 0 must be a whole number from 1 to 10000000"),
+        ("tune.candidates = -1", "tune.candidates: -1 must be a whole number from 0 to 10000000"),
         ("tune.candidates = 64.0", "tune.candidates: 64.0 must be a whole number"),
         ("tune.candidates = true", "tune.candidates: True must be a whole number"),
         ("tune.seeds = 10001", "tune.seeds: 10001 must be a whole number from 1 to 10000"),

@@ -14,7 +14,8 @@ class Controller(Protocol):
     ``model`` of its own is what it, and what is in it, believes of the machine. A law that wraps another has
     that as its field ``controller``; its own limiter is its field ``saturation``. What it controls is its
     field ``controls``, and one of its ``signals`` if it can control but some; what the law inside controls,
-    if another, its field ``inner_controls``.
+    if another, its field ``inner_controls``. A law inside that controls a signal of its own is its field
+    ``limiting``.
     """
 
     def init(self) -> Block: ...
