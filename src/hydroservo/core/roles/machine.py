@@ -163,7 +163,9 @@ class Mechanism(Protocol):
 
     The inertia [kg] may depend on the position; the resistance [N] is that of gravity, springs and a changing
     inertia, positive against a positive velocity. A mechanism that cannot take every position says which it
-    can, by ``positions()``; one whose tip can carry something says how that moves, by ``tip(position)``.
+    can, by ``positions()``; one whose tip can carry something says how that moves, by ``tip(position)``;
+    one that does not go with every start and stroke refuses others by ``check_within(start_position,
+    stroke)``.
     """
 
     def inertia(self, position: float) -> float: ...
