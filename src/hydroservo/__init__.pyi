@@ -53,6 +53,8 @@ from hydroservo.scenario import load_scenario as load_scenario
 from hydroservo.scenario import scenarios as scenarios
 from hydroservo.scenario.parameter_draws import draws as draws
 from hydroservo.scenario.parameter_draws import run_of as run_of
+from hydroservo.scenario.part_sheets import part as part
+from hydroservo.scenario.part_sheets import parts as parts
 from hydroservo.scenario.ranges import relative as relative
 from hydroservo.scenario.tuning import tune as tune
 from hydroservo.studies.study import study as study

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hydroservo.limits import Limits, LimitsOverPeriods
     from hydroservo.linear import Linearization
     from hydroservo.runs.tuned import Tuned
+    from hydroservo.scenario.part_sheets import Part
     from hydroservo.show import Finding
     from hydroservo.studies.study import StudyResult
 
@@ -32,13 +33,14 @@ if TYPE_CHECKING:
         | LimitsOverPeriods
         | Linearization
         | Tuned
+        | Part
         | StudyResult
     )
     Runs = xr.Dataset | Sequence[xr.Dataset] | Mapping[str, xr.Dataset]
 
 WANTED = (
     "must be what simulate or simulate_batch returned, several of simulate in a list or by name, or what "
-    "bode, linearize, tune, identify, map_logs, limit, limit_over_periods, audit or study returned"
+    "bode, linearize, tune, identify, map_logs, limit, limit_over_periods, audit, study or part returned"
 )
 
 
@@ -96,15 +98,15 @@ def plot(results: "Runs | Records", metric: str | None = None) -> "Plot":
     metric against each number that varied; frequency responses are shown by
     :func:`~hydroservo.figures.bode.plot_bode`, a linear model by its poles, a search by the metric before and
     after, an identification by how its first log is met, a map by its curve and its scatter, limits by the
-    best commands beside the law's, an audit by its margins, and a study by its fronts of error and
-    command activity.
+    best commands beside the law's, an audit by its margins, a study by its fronts of error and command
+    activity, and a part by the curves of its data sheet.
     Notebooks show the picture, and ``save`` writes it: ``hs.plot(run).save("run.pdf", width="one-column")``.
 
     Args:
         results: what ``simulate`` returned; a list of these, or several by the names that the legend is to
             have; what ``simulate_batch``, ``bode``, ``linearize``, ``tune``, ``identify``, ``map_logs``,
-            ``limit``, ``limit_over_periods``, ``audit`` or ``study`` returned; or one of the logs of an
-            identification.
+            ``limit``, ``limit_over_periods``, ``audit``, ``study`` or ``part`` returned; or one of the logs
+            of an identification.
         metric: of a table, the one to show; the error, or what a table without one has.
 
     Raises:

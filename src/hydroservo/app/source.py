@@ -11,6 +11,7 @@ from hydroservo.core.errors import ScenarioError, short
 from hydroservo.core.outputs import write_text
 from hydroservo.scenario import Assembly, assemble, scenario_source
 from hydroservo.scenario.build import Draft
+from hydroservo.scenario.part_files import PART, part_texts
 from hydroservo.scenario.scenario_files import OVERRIDES, builtin_texts, nest_changes
 from hydroservo.scenario.tables import parse_toml
 
@@ -75,7 +76,7 @@ def checked_changes(changes: object) -> Mapping[str, object]:
     for path, value in changes.items():
         if not isinstance(value, str | int | float):
             raise ScenarioError(OVERRIDES, str(path), "must be a string, a number, true or false")
-        if str(path).rpartition(".")[2] == "file":
+        if reads_file(str(path).rpartition(".")[2], value):
             raise ScenarioError(OVERRIDES, str(path), ONLY_GIVEN)
     return changes
 
@@ -100,8 +101,13 @@ def check_reads_nothing(tables: Mapping[str, Any], key: str = "") -> None:
         path = f"{key}.{name}" if key else name
         if isinstance(value, Mapping):
             check_reads_nothing(value, path)
-        elif name == "file":
+        elif reads_file(name, value):
             raise ScenarioError(PAGE, path, f"{short(value)} {ONLY_GIVEN}")
+
+
+def reads_file(name: str, value: object) -> bool:
+    """Whether a key with a value would have the server read a file."""
+    return name == "file" or (name == PART and isinstance(value, str) and value not in part_texts())
 
 
 def page_scenario_text(source: Source) -> str:
@@ -142,7 +148,7 @@ def merge_tables(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str
 
 
 def keep_known_keys(table: Mapping[str, Any], draft: Draft) -> dict[str, Any]:
-    kept = {name: value for name, value in table.items() if name == "type" or name in draft.members}
+    kept = {name: value for name, value in table.items() if name in ("type", PART) or name in draft.members}
     for name, value in kept.items():
         inner = draft.members.get(name)
         if isinstance(value, Mapping) and isinstance(inner, Draft):

@@ -52,6 +52,7 @@ PLACES = {  # in the order of the help
     "app": "run:app_command",
     "paper": "studies:paper_command",
     "scenarios": "listings:scenarios_app",
+    "parts": "listings:parts_app",
     "studies": "listings:studies_app",
     "export": "export:export_app",
 }

@@ -28,9 +28,14 @@ Result = TypeVar("Result")
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")
 
 
+def words_of(context: Any) -> list[str]:
+    """The words of a command: of one in a group, those of both."""
+    return [*words_of(context.parent), str(context.info_name)] if context.parent else ["hydroservo"]
+
+
 def typed_command(context: typer.Context, left_out: Collection[str] = NO_MATTER) -> list[str]:
     """The running command: its start, then each option, quoted for a shell."""
-    parts = [["hydroservo", str(context.info_name)]]
+    parts = [words_of(context)]
     for parameter in context.command.params:
         name = str(parameter.name)
         source = context.get_parameter_source(name)

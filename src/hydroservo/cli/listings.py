@@ -12,7 +12,17 @@ from rich.syntax import Syntax
 from rich.table import Table
 
 from hydroservo.cli.commands import ListingGroup
-from hydroservo.cli.options import WHERE, Json, Plugins, file_at, scenarios_like, studies_like, types_like
+from hydroservo.cli.frame import PICTURE_ENDINGS, CommandOutput, with_output
+from hydroservo.cli.options import (
+    WHERE,
+    Json,
+    Plugins,
+    file_at,
+    parts_like,
+    scenarios_like,
+    studies_like,
+    types_like,
+)
 from hydroservo.core.builtin import titles
 from hydroservo.core.field import CONTROLLED
 from hydroservo.core.outputs import write_text
@@ -23,6 +33,7 @@ if TYPE_CHECKING:
 
 scenarios_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
 studies_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
+parts_app = typer.Typer(cls=ListingGroup, rich_markup_mode="markdown")
 
 
 @scenarios_app.callback(invoke_without_command=True)
@@ -51,6 +62,67 @@ def show_source(
     from hydroservo.scenario import scenario_source
 
     print_toml(scenario_source(name))
+
+
+@parts_app.callback(invoke_without_command=True)
+def list_parts(
+    context: typer.Context,
+    folder: Annotated[
+        Path | None,
+        typer.Option("--folder", metavar="DIR", help="List the parts in this folder of your own, too."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """List the parts that a scenario may take by name, or show one.
+
+    A table takes a part with `part = "valve/..."`, and keys beside it change single numbers. With --json each
+    comes with its source.
+
+    Examples:
+
+    - `hydroservo parts`
+    - `hydroservo parts --json`
+    """
+    from hydroservo.scenario.part_sheets import part_sources
+    from hydroservo.show.files import as_json
+
+    if context.invoked_subcommand is None:
+        found = part_sources(folder)
+        if json:
+            typer.echo(
+                as_json({name: {"title": one.title, "source": one.source} for name, one in found.items()})
+            )
+        else:
+            show_titles({name: one.title for name, one in found.items()})
+
+
+@parts_app.command("show")
+@with_output("Draw it: a .png, .svg or .pdf. Into a folder goes a report too.", PICTURE_ENDINGS)
+def show_part(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="A built-in part, or the file of one.", autocompletion=parts_like
+        ),
+    ],
+    output: CommandOutput,
+) -> None:
+    """Show a part as a data sheet: its numbers, the source of each, and what its block makes of them.
+
+    What the part leaves to the machine, such as the load of a cylinder, is assumed for the sheet, and named.
+    With --out it draws the curves that data sheets have: flow over command and frequency response of a valve,
+    natural frequency of a cylinder over its stroke, bulk modulus of an oil, oil in an accumulator and flow of
+    a pump over pressure.
+
+    Examples:
+
+    - `hydroservo parts show valve/g761-3001b-h04`
+    - `hydroservo parts show cylinder/iso-6020-2-63-45 --out cylinder.png`
+    """
+    from hydroservo.scenario.finding import part_finding
+    from hydroservo.scenario.part_sheets import part
+
+    output.present(name, lambda _: part(name), part_finding)
 
 
 @studies_app.callback(invoke_without_command=True)

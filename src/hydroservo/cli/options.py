@@ -34,6 +34,13 @@ def studies_like(incomplete: str) -> list[str]:
     return [*names_starting(titles("studies"), incomplete), *files_like(incomplete)]
 
 
+def parts_like(incomplete: str) -> list[str]:
+    """Built-in parts, and TOML files and folders, whose names begin so."""
+    from hydroservo.scenario.part_files import part_texts
+
+    return [*names_starting(part_texts(), incomplete), *files_like(incomplete)]
+
+
 def types_like(incomplete: str) -> list[str]:
     """Roles and types whose names begin so."""
     from hydroservo.scenario.descriptions import types_by_role

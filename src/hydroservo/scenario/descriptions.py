@@ -15,6 +15,7 @@ from hydroservo.core.field import CONTROLLED, OPEN, Field, declared_fields
 from hydroservo.core.roles import Monitor
 from hydroservo.core.roles.saying import is_role
 from hydroservo.scenario.other_tables import FULL_SCALE
+from hydroservo.scenario.part_files import PART, part_texts
 from hydroservo.scenario.records.series import curve_keys
 from hydroservo.scenario.registry import (
     Maker,
@@ -202,7 +203,7 @@ def scenario_schema() -> Schema:
         "$schema": DIALECT,
         "title": "hydroservo scenario",
         "type": "object",
-        "definitions": {"numbers": nested_numbers_schema()},
+        "definitions": {"numbers": nested_numbers_schema(), PART: part_schema()},
         "properties": {
             "title": with_description(TEXT, "what the scenario is, in a line"),
             "base": with_description(
@@ -251,7 +252,10 @@ def type_references(named: Mapping[str, Maker], definitions: Schema) -> Iterator
 
 def type_schema(name: str, maker: Maker, definitions: Schema) -> Schema:
     """The table of a block of a known type."""
-    known: Schema = {"type": with_description({"enum": [name]}, first_sentence(maker))}
+    known: Schema = {
+        "type": with_description({"enum": [name]}, first_sentence(maker)),
+        PART: {"$ref": "#/definitions/part"},
+    }
     for key in keys_of(maker):
         if key.name == "given":  # of a start: states by their paths
             known[key.name] = {"$ref": "#/definitions/numbers"}
@@ -291,6 +295,11 @@ def number_text(field: Field) -> str:
     """A number in words: what it is, its unit and its range."""
     told = ", ".join(part for part in (f"[{field.unit}]" if field.unit else "", range_text(field)) if part)
     return f"{field.meaning} {told}".strip()
+
+
+def part_schema() -> Schema:
+    """The name of a part, or the path of its file."""
+    return with_description({"anyOf": [{"enum": [*part_texts()]}, TEXT]}, "the part that the table changes")
 
 
 def nested_numbers_schema() -> Schema:

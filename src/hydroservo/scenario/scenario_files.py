@@ -10,9 +10,17 @@ from typing import Any, TypeGuard
 from hydroservo.core.builtin import texts, titles
 from hydroservo.core.errors import ParameterError, ScenarioError, nearest, one_line, short
 from hydroservo.core.inputs import exists, read_text
-from hydroservo.scenario.tables import DEEPEST, FileOrigin, Layer, LayeredTable, TableEntry, parse_toml
+from hydroservo.scenario.part_files import with_parts
+from hydroservo.scenario.tables import (
+    DEEPEST,
+    LARGEST,
+    FileOrigin,
+    Layer,
+    LayeredTable,
+    TableEntry,
+    parse_toml,
+)
 
-LARGEST = 1 << 20  # bytes; a scenario is a few thousand
 KINDS = {"scenario": "scenario", "studies": "study"}  # of what is built in, by its room
 PATH = re.compile(r"[\w-]+(?:\.[\w-]+)*")
 OVERRIDES = "overrides"
@@ -155,13 +163,16 @@ def flatten_changes(changes: Mapping[str, object], prefix: str) -> Iterator[tupl
 
 
 def layered_table(source: str | Path, changes: Mapping[str, object]) -> LayeredTable:
-    """The tables of a scenario over those of what it builds on, and what overrides them on top."""
+    """The tables of a scenario over those of what it builds on, and what overrides them on top.
+
+    Below each layer lie the parts that it names.
+    """
     overriding = nest_changes(changes)
     if BASE in overriding:
         raise ScenarioError(OVERRIDES, BASE, "cannot be overridden; write a file of your own with that base")
     files = layers_of(source)
     origin = FileOrigin(f"{files[0].origin.name}, overridden", Path())
-    return LayeredTable("", (Layer(origin, overriding), *files))
+    return LayeredTable("", with_parts((Layer(origin, overriding), *files)))
 
 
 def layers_of(source: str | Path) -> list[Layer]:

@@ -12,6 +12,7 @@ from hydroservo.scenario.quantities import toml_slip
 
 LAW = "controller"  # the table of a loop that holds what is tuned to one law
 DEEPEST = 16  # tables within tables
+LARGEST = 1 << 20  # bytes; a scenario is a few thousand
 KEY_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 # tomllib's time grows with the square of the parts of a dotted key: one line of them could take hours.
 DEEP_KEY = re.compile(
@@ -46,26 +47,48 @@ class TableEntry(NamedTuple):
         return ScenarioError(self.origin.name, self.key, problem)
 
 
+class PartSource(NamedTuple):
+    """What the file of a part says of its numbers.
+
+    Attributes:
+        title: what the part is.
+        source: of all numbers that have none of their own.
+        sources: of single numbers, by their dotted keys in the part.
+        table: the dotted key of the table that takes the part.
+    """
+
+    title: str
+    source: str
+    sources: Mapping[str, str]
+    table: str
+
+
 class Layer(NamedTuple):
     """What one file gives in a table, or what overrides the files."""
 
     origin: FileOrigin
     given: Mapping[str, Any]
+    part: PartSource | None = None  # where the file is that of a part
 
     def with_keys(self, wanted: Callable[[str], bool]) -> "Layer":
-        return Layer(self.origin, {name: value for name, value in self.given.items() if wanted(name)})
+        """The layer with those keys alone that are wanted."""
+        return self._replace(given={name: value for name, value in self.given.items() if wanted(name)})
 
 
 class LayeredTable(NamedTuple):
-    """A table of a scenario, in layers: what overrides its files, its own file, then base upon base."""
+    """A table of a scenario, in layers: what overrides its files, its own file, then base upon base.
+
+    Below each of them lie the parts that it names.
+    """
 
     path: str
-    layers: tuple[Layer, ...]  # the first that has a key gives its value; the second is the scenario's own
+    layers: tuple[Layer, ...]  # the first that has a key gives its value
 
     @property
     def origin(self) -> FileOrigin:
         """What an error about the whole table names: that of the first layer that gives anything in it."""
-        return next((layer.origin for layer in self.layers if layer.given), self.layers[1].origin)
+        files = (layer.origin for layer in self.layers[1:] if layer.part is None)
+        return next((layer.origin for layer in self.layers if layer.given), None) or next(files)
 
     def names(self) -> list[str]:
         """The keys in any layer, those of the lowest first."""
@@ -111,11 +134,11 @@ class LayeredTable(NamedTuple):
     def table(self, name: str) -> "LayeredTable":
         """The nested table of a name; empty where there is none."""
         key = self.key(name)
-        layers = tuple(Layer(origin, given.get(name, {})) for origin, given in self.layers)
-        for i, (origin, given) in enumerate(layers):
-            if not isinstance(given, Mapping):
+        layers = tuple(layer._replace(given=layer.given.get(name, {})) for layer in self.layers)
+        for i, layer in enumerate(layers):
+            if not isinstance(layer.given, Mapping):
                 what = f"[{key}]" if i else f"give {key}.type or the keys in it"
-                raise TableEntry(origin, key, given).error(f"must be a table: {what}")
+                raise TableEntry(layer.origin, key, layer.given).error(f"must be a table: {what}")
         return LayeredTable(key, layers)
 
     def retyped(self, default: str, names: Callable[[TableEntry], Iterable[str]]) -> "LayeredTable":
