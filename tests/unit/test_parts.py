@@ -91,7 +91,8 @@ def test_what_the_part_does_not_give_stays_the_machines(folder):
     assert math.isclose(mine.area_a, 0.25 * math.pi * 0.08**2)
     assert (mine.stroke, mine.internal_leakage) == (0.2, 0.0)
     assert (mine.oil, mine.friction, mine.mechanism) == (base.oil, base.friction, base.mechanism)
-    with pytest.raises(ScenarioError, match=r"plant: stroke is missing"):
+    wanted = r"plant: stroke is missing; .*; give it beside part cylinder/iso-6020-2-80-56$"
+    with pytest.raises(ScenarioError, match=wanted):
         loaded(folder, 'plant.part = "cylinder/iso-6020-2-80-56"')
 
 

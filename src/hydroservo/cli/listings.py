@@ -105,6 +105,7 @@ def show_part(
             metavar="NAME", help="A built-in part, or the file of one.", autocompletion=parts_like
         ),
     ],
+    plugins: Plugins,
     output: CommandOutput,
 ) -> None:
     """Show a part as a data sheet: its numbers, the source of each, and what its block makes of them.
@@ -121,7 +122,10 @@ def show_part(
     """
     from hydroservo.scenario.finding import part_finding
     from hydroservo.scenario.part_sheets import part
+    from hydroservo.scenario.registry import load_plugin
 
+    for plugin in plugins:
+        load_plugin(plugin)
     output.present(name, lambda _: part(name), part_finding)
 
 

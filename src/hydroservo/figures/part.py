@@ -45,6 +45,8 @@ def draw_panel(axis: Axes, panel: "PartPanel") -> None:
         axis.axhline(BANDWIDTH[panel.y[1]], color=GREY, linewidth=0.8, zorder=1)
     if panel.y[1] == "deg":
         axis.yaxis.set_major_locator(MultipleLocator(PHASE_STEP))
+    if min(float(one.y.min()) for one in panel.curves) >= 0.0:
+        axis.set_ylim(bottom=0.0)
     if any(one.label for one in panel.curves):
         axis.legend(loc="best")
     axis.set_xlabel(f"{panel.x[0]} [{x_unit}]")

@@ -282,7 +282,7 @@ def member_value(maker: Maker, name: str, default: Any, table: LayeredTable, con
     if table.has(name) and not field.derived:
         return number_from(table.entry(name), field, hint)
     if default is None:
-        raise table.error(f"{name} is missing; it {must_be(field, hint)}")
+        raise table.error(f"{name} is missing; it {must_be(field, hint)}{table.beside_part()}")
     return number_from(TableEntry(table.origin, table.key(name), default), field, hint)
 
 

@@ -1,5 +1,6 @@
 """Parts, such as a valve by its data sheet: tables in files of their own, which a scenario takes by name."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.resources import files
@@ -19,6 +20,7 @@ from hydroservo.scenario.tables import (
     parse_toml,
 )
 
+DIGITS = re.compile(r"(\d+)")
 PART = "part"  # the key by which a table names its part
 TITLE, SOURCE, SOURCES = ABOUT = ("title", "source", "sources")  # what a part's file says beside its table
 CURVE = frozenset(("file", "points"))  # the keys of which a curve has one
@@ -42,8 +44,9 @@ class PartFile(NamedTuple):
 
 @cache
 def part_texts() -> dict[str, str]:
-    """The TOML texts of the built-in parts, by name."""
-    return dict(sorted(texts_in(files("hydroservo") / "scenario" / "parts", "")))
+    """The TOML texts of the built-in parts, by name, in the order of the numbers in these."""
+    found = texts_in(files("hydroservo") / "scenario" / "parts", "")
+    return dict(sorted(found, key=lambda one: [int(n) if n.isdigit() else n for n in DIGITS.split(one[0])]))
 
 
 def with_parts(layers: Iterable[Layer]) -> tuple[Layer, ...]:

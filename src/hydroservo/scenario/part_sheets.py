@@ -8,7 +8,7 @@ from hydroservo.core.errors import ParameterError, nearest
 from hydroservo.scenario.build import draft_block
 from hydroservo.scenario.part_curves import ASSUMED, SHEETS, PartSheet, no_sheet
 from hydroservo.scenario.part_files import PartFile, expanded, part_texts, read_part
-from hydroservo.scenario.registry import defaults, known_classes, makers, makers_in_role
+from hydroservo.scenario.registry import OWN, defaults, known_classes, makers, makers_in_role
 from hydroservo.scenario.role_checks import ROLES
 from hydroservo.scenario.tables import FileOrigin, Layer, LayeredTable, PartSource, TableEntry
 from hydroservo.show import Finding
@@ -123,7 +123,7 @@ def role_of(entry: TableEntry) -> type:
         if isinstance(entry.value, str) and entry.value in makers_in_role(role):
             return role
     known = [name for cls in known_classes() for name in makers(cls)]
-    raise entry.error(f"is not a type of a block{nearest(str(entry.value), known)}")
+    raise entry.error(f"is not a type of a block{nearest(str(entry.value), known)}; {OWN}")
 
 
 def assumed_for(role: type, table: LayeredTable) -> Mapping[str, Any]:

@@ -174,6 +174,11 @@ class LayeredTable(NamedTuple):
                 return True
         return False
 
+    def beside_part(self) -> str:
+        """Where a number is given that a part leaves out, to end a message with; nothing without a part."""
+        parts = [layer.origin.name for layer in self.layers if layer.part and layer.given]
+        return f"; give it beside {parts[0]}" if parts else ""
+
     def error(self, problem: str) -> ScenarioError:
         """An error about this table as a whole."""
         return ScenarioError(self.origin.name, self.path, problem)
