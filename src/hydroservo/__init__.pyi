@@ -24,6 +24,7 @@ from hydroservo.core.field import Field as Field
 from hydroservo.export.products import export_c as export_c
 from hydroservo.export.products import export_fmu as export_fmu
 from hydroservo.export.products import export_st as export_st
+from hydroservo.figures.circuit import circuit as circuit
 from hydroservo.findings import plot as plot
 from hydroservo.identification.identify import identify as identify
 from hydroservo.identification.maps import map_logs as map_logs
