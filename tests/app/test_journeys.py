@@ -1,5 +1,6 @@
 """What a user does with the page, in a real browser, by clicks and keys."""
 
+import re
 import time
 import tomllib
 from pathlib import Path
@@ -196,7 +197,9 @@ def test_all_is_done_by_keys_alone(page):
     page.locator("#find").focus()
     page.keyboard.type("mass")
     page.locator("[id='field-plant.mechanism.mass']").wait_for()
-    page.get_by_role("button", name="Valve, SecondOrderValve: show its parameters").focus()
+    page.get_by_role(
+        "button", name="Proportional directional valve, SecondOrderValve: show its parameters"
+    ).focus()
     page.keyboard.press("Enter")
     assert page.evaluate("document.activeElement.id || document.activeElement.tagName") == "type-valve"
     page.locator("#instant").focus()
@@ -230,3 +233,25 @@ def test_another_site_in_the_same_browser_is_refused(chromium, server):
         assert page.evaluate(f"{asked}.then((one) => one.type, () => 'refused')") in ("opaque", "refused")
         read = f"fetch('{server.url}api/begin').then((one) => one.text(), () => 'refused')"
         assert page.evaluate(read) == "refused"
+
+
+def test_the_circuit_follows_the_run(page):
+    """At rest the spool is in the middle; on the way out it is parallel, and the piston further on."""
+
+    def moved(instant):
+        page.evaluate("([at]) => { document.getElementById('instant').value = at; }", [instant])
+        page.locator("#instant").dispatch_event("input")
+        spool = page.evaluate("document.querySelector('#drawing [data-switch]').style.transform")
+        piston = page.locator("#drawing [data-slide]").first.get_attribute("transform")
+        return [float(re.search(r"\(([-.\d]+)", text)[1]) for text in (spool, piston)]
+
+    (rest, start), (out, further) = moved(10), moved(300)
+    assert (rest, out) == (0.0, 40.0)
+    assert further > start + 10.0
+    assert page.locator("#drawing [data-signal='plant.pressure_a']").text_content().endswith(" bar")
+    share = (
+        "(port) => document.querySelector(`#drawing polyline[data-port=${port}]`)"
+        ".style.getPropertyValue('--share')"
+    )
+    tank, chamber, supply = (float(page.evaluate(share, port)) for port in ("pT", "pA", "pP"))
+    assert tank < chamber < supply == 1.0

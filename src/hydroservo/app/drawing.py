@@ -11,7 +11,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.command_scale import in_command_unit
 from hydroservo.core.field import Field
 from hydroservo.core.formatting import common_unit, number, with_label
-from hydroservo.core.hooks import has_chambers, is_valveless
+from hydroservo.figures.circuit import circuit
 from hydroservo.linear.bode import bode
 from hydroservo.linear.finding import bode_finding
 from hydroservo.linear.moving_margins import without_hysteresis
@@ -31,7 +31,10 @@ Vector = NDArray[np.float64]
 MOST_POINTS = 6000  # of a line: more than any screen has columns
 DEMAND, CONTROLLED, COMMAND = "reference.value", "controlled.value", "controller.u"
 PRESSURES = ("plant.pressure_a", "plant.pressure_b", "plant.load_pressure")
-LIVE = ("plant.position", "plant.velocity", "valve.opening", "drive.speed", "supply.pressure", "load.force")
+LIVE = (  # and all of the drive: what the circuit shows
+    *("plant.position", "plant.velocity", "plant.hydraulic_force", "plant.carried.angle"),
+    *("valve.opening", "supply.pressure", "load.force"),
+)
 NAMES = {
     DEMAND: "demand",
     CONTROLLED: "controlled",
@@ -76,7 +79,8 @@ def draw_page_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> RunDraw
     ]
     finding = run_finding(run)
     panels = [one for one in panels if one["lines"]]
-    live = [page_panel(path, run, [path]) for path in LIVE if path in signals]
+    shown = [path for path in signals if path in LIVE or path.startswith("drive.")]
+    live = [page_panel(path, run, [path]) for path in shown]
     lines = [line for one in (*panels, *live) for line in one["lines"]]
     time = run["time"].values
     rows = thin_lines(time, [line.pop("values") for line in lines])
@@ -86,7 +90,7 @@ def draw_page_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> RunDraw
         "points": int(rows.shape[1]),
         "signals": signals,
         "metrics": metric_entries(run, finding.tables[0]),
-        "machine": machine_entry(loop),
+        "circuit": circuit(loop),
         "warnings": [*map(str, finding.doubts), *finding.remarks],
         "diverged": str(finding.lead[0]) if bool(run["diverged"]) else "",
         "duration": loop.simulation.duration,
@@ -165,37 +169,6 @@ def metric_entries(run: "xr.Dataset", table: Table) -> list[dict[str, Any]]:
 def comparable_value(field: Field, value: "xr.DataArray") -> float | None:
     """A metric of which less is better; None of others, and where there is no number."""
     return float(value) if field.smaller_is_better and math.isfinite(value) else None
-
-
-def machine_entry(loop: Loop) -> dict[str, Any]:
-    """What the circuit is drawn of."""
-    plant = loop.plant
-    return {
-        "plant": type(plant).__name__,
-        "chambers": has_chambers(plant),
-        "symmetric": getattr(plant, "area_a", 1.0) == getattr(plant, "area_b", 1.0),
-        "stroke": finite_or_none(getattr(plant, "stroke", math.nan)),
-        "valveless": is_valveless(loop.drive),
-        "drive": type(loop.drive).__name__,
-        "valve": type(loop.valve).__name__,
-        "full": finite_or_none(getattr(loop.valve, "max_opening", math.nan)),
-        "supply": type(loop.supply).__name__,
-        "supplied": finite_or_none(getattr(loop.supply, "supply_pressure", math.nan)),
-        "load": type(loop.load).__name__,
-        "law": law_names(loop.controller),
-        "demand": type(loop.reference).__name__,
-        "controls": loop.controls.declared().meaning,
-    }
-
-
-def finite_or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def law_names(law: Any) -> list[str]:
-    """A law and those that it wraps, from the outside in."""
-    inner = getattr(law, "controller", None)
-    return [type(law).__name__, *(law_names(inner) if inner is not None else [])]
 
 
 class Extent(NamedTuple):
