@@ -9,6 +9,7 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.core.block import Block, paths
+from hydroservo.core.hooks import drives_in
 from hydroservo.figures.circuit import sheet_of
 from hydroservo.figures.circuit.cylinder import rods
 from hydroservo.machine.drives import (
@@ -67,6 +68,7 @@ class Well(NamedTuple):
     depth: float = 1.0
 
 
+OWN = {Ejector, Muscle, Winch}
 DRIVES = {
     "hoses": hoses(),
     "lines": Lines(1e-4, 1e6, 1e9, OIL),
@@ -77,6 +79,7 @@ DRIVES = {
     "compensator": PressureCompensator(1e6),
     "load sensing": LoadSensing(2e6, 0.05),
     "both": LoadSensing(2e6, 0.05, PressureCompensator(1e6)),
+    "hoses behind both": LoadSensing(2e6, 0.05, PressureCompensator(1e6, PortValves(RELIEF, CHECK, hoses()))),
     "plug-in": Ejector(),
     "plug-in at the end": hoses(Muscle()),
 }
@@ -89,7 +92,7 @@ LOOPS = {
     "pump in hoses": PUMP._replace(drive=hoses(PUMP.drive)),
     "a drive in the valve's place": PUMP._replace(drive=Winch()),
     "a mechanism": AXIS._replace(plant=AXIS.plant._replace(mechanism=Cow())),
-    "a supply": AXIS._replace(supply=Well()),
+    "a supply": AXIS._replace(drive=Muscle(), supply=Well()),
     "a body on a cart": AXIS._replace(plant=AXIS.plant._replace(carried=CRANE.plant.carried)),
 }
 
@@ -203,3 +206,19 @@ def test_what_moves_follows_signals_that_a_run_has() -> None:
         for one in ElementTree.fromstring(hs.circuit(loop)).iter():
             moving = {one.get(f"data-{how}") for how in ("slide", "switch", "turn", "stretch")}
             assert moving - {None} <= recorded, name
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in LOOPS if not OWN & {type(one) for one in drives_in(LOOPS[name].drive)}]
+)
+def test_each_pressure_is_a_signal_or_a_constant(name):
+    loop = LOOPS[name]
+    nodes = dict(
+        one.split("=") for one in ElementTree.fromstring(hs.circuit(loop)).get("data-pressures").split()
+    )
+    recorded = {path for path in paths(loop.init()) if "pressure" in path}
+    signals = {
+        node for node, source in nodes.items() if not source.replace(".", "").replace("e", "").isdigit()
+    }
+    assert {nodes[node] for node in signals} <= recorded
+    assert {"pA", "pB", "pP", "pT"} <= set(nodes)

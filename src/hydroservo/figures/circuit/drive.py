@@ -22,6 +22,7 @@ from hydroservo.machine.drives.valve_on_supply import ValveOnSupply
 
 X = {"A": PORT_A, "B": PORT_B}
 OUT = {"A": -1, "B": 1}  # away from the middle
+WITHOUT_STATE = (PortValves, PressureCompensator)  # whose state is that of the drive in them
 ON_FEED = (PressureCompensator, LoadSensing)  # between supply and valve
 
 
@@ -38,6 +39,10 @@ class Metering(NamedTuple):
 def draw_drive(sheet: Sheet, loop: Any, ends: Ends, y: float) -> Metering:
     """All below the cylinder, from the level y on."""
     drives = [("drive" + ".drive" * i, one) for i, one in enumerate(drives_in(loop.drive))]
+    state = "drive"
+    for where, one in drives:
+        sheet.states[where] = state
+        state += "" if isinstance(one, WITHOUT_STATE) else ".drive"
     for where, one in drives:
         if type(one) not in (*ON_FEED, PumpDrive, ValveOnSupply) and "drive" in one._fields:
             y = STAGES.get(type(one), draw_unknown)(sheet, one, where, ends, y)
@@ -72,7 +77,7 @@ def draw_metering(sheet: Sheet, loop: Any, drives: list[tuple[str, Block]], ends
         sheet.join("pilot", "", "valve.LS", sensed, (MIDDLE, level + 68.0))
     for where, one in reversed(feeds):
         if isinstance(one, LoadSensing):
-            pump, sheet.pressures["pP"] = where, f"{where}.pressure"
+            pump, sheet.pressures["pP"] = where, f"{sheet.states[where]}.pressure"
         else:
             port, sensed, below = draw_compensator(sheet, where, port, sensed, below)
     draw_supply(sheet, loop.supply, port, below, sensed if pump else "", pump)
@@ -99,7 +104,7 @@ def draw_unknown(sheet: Sheet, drive: Any, where: str, ends: Ends, y: float) -> 
     sheet.place(where, body, ports, where, f"Drive, {name}", (left, top, right, bottom))
     for letter, end in ends.items():
         sheet.work(end.pressure, end.port, f"{where}.{letter}1")
-        ends[letter] = End(f"{where}.{letter}2", f"{where} {letter}")
+        ends[letter] = End(f"{where}.{letter}2", f"{where}.{letter}")
     return y + 56.0
 
 
@@ -115,11 +120,11 @@ def draw_hoses(sheet: Sheet, drive: Any, where: str, ends: Ends, y: float) -> fl
         )
         if long:
             body = sym.rect(x - 5, top, 10, 40) + sym.path(f"M{x - 9} {top + 18}l18 -6m0 10l-18 6")
-        name, pressure = f"{where} {letter}", f"{where} {letter}"
+        name, pressure = f"{where} {letter}", f"{where}.{letter}"
         title = f"{'Long line' if long else 'Hose'} {letter}"
         sheet.place(name, body, {"in": (x, top), "out": (x, bottom)}, where, title)
         sheet.work(end.pressure, end.port, f"{name}.in")
-        sheet.pressures[pressure] = f"{where}.pressure_{letter.lower()}"
+        sheet.pressures[pressure] = f"{sheet.states[where]}.pressure_{letter.lower()}"
         ends[letter] = End(f"{name}.out", pressure)
     return y + 52.0
 
@@ -147,14 +152,14 @@ def draw_counterbalance(sheet: Sheet, drive: Any, where: str, ends: Ends, y: flo
     letter, other = ("B", "A") if drive.in_line_b else ("A", "B")
     end, pilot = ends[letter], ends[other]
     x, out, middle = X[letter], OUT[letter], y + 42.0
-    past, relief, check, pressure = x + 48.0 * out, f"{where} relief", f"{where} check", f"{where} {letter}"
+    past, relief, check, pressure = x + 48.0 * out, f"{where} relief", f"{where} check", f"{where}.{letter}"
     sym.place_relief(sheet, relief, where, (x, middle), out)
     sheet.symbols[relief].ports["x"] = (x - 14.0 * out, middle - 8.0)
     sym.place_check(sheet, check, drive.check_valve, f"{where}.check_valve", (past, middle))
     top, bottom, tap = sheet.node(x, y + 12.0), sheet.node(x, y + 72.0), sheet.node(X[other], middle - 8.0)
     sheet.work(end.pressure, end.port, top, f"{relief}.in")
     sheet.join("work", end.pressure, top, f"{check}.out", (past, y + 12.0))
-    sheet.pressures[pressure] = f"{where}.pressure"
+    sheet.pressures[pressure] = f"{sheet.states[where]}.pressure"
     sheet.work(pressure, f"{relief}.out", bottom)
     sheet.join("work", pressure, f"{check}.in", bottom, (past, y + 72.0))
     sheet.work(pilot.pressure, pilot.port, tap)

@@ -30,7 +30,7 @@ def draw_pump_drive(sheet: Sheet, drive: Any, where: str, ends: Ends, y: float) 
             (_, level), (_, pilot) = sheet.at(taps[other]), sheet.at(f"check {letter}.x")
             sheet.join("pilot", "", taps[other], f"check {letter}.x", (x, level), (x, pilot))
     sheet.work("pP", ends["A"].port, "pump.P", ends["B"].port)
-    sheet.write(PORT_A - 8, y + 20.0, f"{where}.speed", anchor="end")
+    sheet.write(PORT_A - 8, y + 20.0, f"{sheet.states[where]}.speed", anchor="end")
     return y - 6.0, axis + HEADER + 12.0
 
 

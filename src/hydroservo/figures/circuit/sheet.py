@@ -74,6 +74,7 @@ class Sheet:
         self.symbols: dict[str, Symbol] = {}
         self.lines: list[Line] = []
         self.values: list[str] = []
+        self.states: dict[str, str] = {}  # of drives: the path of the state of each, by that of the block
         self.pressures: dict[str, str | float] = {}  # of nodes: a signal's path, or a constant [Pa]
 
     def place(

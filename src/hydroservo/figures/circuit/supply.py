@@ -34,6 +34,7 @@ def draw_supply(sheet: Sheet, supply: Any, port: str, y: float, sensed: str = ""
         sheet.write(right, low, text=quantity(supply.supply_pressure, "Pa"))
     if sensed:
         draw_pump(sheet, port, y + 24.0, sensed, control)
+        sheet.write(x - 8, y + 4.0, str(sheet.pressures["pP"]), anchor="end")
         return
     name = type(supply).__name__
     body, wide = sym.path(f"M{x} {y}l-9 16h18z", sym.SOLID), 18.0
@@ -73,7 +74,7 @@ def draw_pump_supply(sheet: Sheet, supply: Any, port: str, y: float, sensed: str
     level = y + (52.0 if stores else 8.0)
     header = sheet.node(x, level)
     sheet.work("pP", port, header)
-    sheet.write(x + 8, level - 8, "supply.pressure")
+    sheet.write(x + 8, level - 8, str(sheet.pressures["pP"]))
     if stores:
         at, name = x - 58.0, type(supply.accumulator).__name__
         body = sym.accumulator(at, level)

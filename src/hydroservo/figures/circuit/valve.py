@@ -11,7 +11,7 @@ LEFT, RIGHT = MIDDLE - 1.5 * BOX, MIDDLE + 1.5 * BOX
 NEAR, FAR = 0.25 * BOX, 0.75 * BOX  # of the ports, in a position
 ENVELOPE = 4.0  # from the positions to the lines along them: any position between is possible, too
 LETTER = 10.0
-SHUT = 0.01  # of the spool's travel, within which the middle position is shown
+SHUT = 0.001  # of the spool's travel, within which the middle position is shown
 
 
 def draw_valve(sheet: Sheet, valve: Any, y: float, sensing: bool) -> tuple[str, ...]:
@@ -62,7 +62,7 @@ def spool(valve: Any, y: float, lap: float, sensing: bool) -> str:
     positions = (
         forward(regenerates, sensing) + shift(centre(lap, sensing), BOX) + shift(reverse(sensing), 2 * BOX)
     )
-    dividers = sym.segment((BOX, 0), (BOX, BOX)) + sym.segment((2 * BOX, 0), (2 * BOX, BOX))
+    dividers = "".join(sym.segment((k * BOX, 0), (k * BOX, BOX)) for k in range(4))
     follows, shut = "valve.opening", max(lap, SHUT * getattr(valve, "max_opening", 0.0))
     if not hasattr(valve.init(), "opening"):
         follows, shut = "controller.u", shut / getattr(valve, "gain", 1.0)
