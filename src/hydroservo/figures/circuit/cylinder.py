@@ -61,11 +61,8 @@ def draw_cylinder(sheet: Sheet, loop: Any, y: float) -> None:
     ports = {"A": (PORT_A, y + HALF), "B": (PORT_B, y + HALF)}
     left, right = rods(plant)
     ports["rod"] = (0.5 * (RIGHT + ROD), y + HALF * right)
-    body = (
-        oil(stroke, y, left, right)
-        + barrel(y, left, right)
-        + stroke.moved(piston(y, left, right), "slide", 0.0, TRAVEL)
-    )
+    body = oil(stroke, y, left, right) + barrel(y, left, right)
+    body += stroke.moved(piston(y, left, right), "slide", 0.0, TRAVEL)
     if type(plant) not in (Cylinder, LoadPressurePlant):
         body += sym.label(0.5 * (LEFT + RIGHT), y - HALF - 8, type(plant).__name__)
     far = LEFT - TRAVEL - 12 if left else LEFT
@@ -122,16 +119,11 @@ def oil(stroke: Stroke, y: float, left: float, right: float) -> str:
 
 
 def piston(y: float, left: float, right: float) -> str:
-    """The piston with its rods, and the oil on either side, which ends with the barrel."""
+    """The piston with its rods."""
     body = sym.rect(PISTON, y - HALF, THICK, 2 * HALF, sym.DARK)
-    for share, start, end in (
-        (right, PISTON + THICK, ROD),
-        (left, PISTON, LEFT - TRAVEL - 12),
-    ):
-        if share:
-            d = HALF * share
-            far = f"M{n(start)} {n(y - d)}H{n(end)}V{n(y + d)}H{n(start)}"
-            body += sym.path(far)
+    for share, start, end in ((right, PISTON + THICK, ROD), (left, PISTON, LEFT - TRAVEL - 12)):
+        d = HALF * share
+        body += sym.path(f"M{n(start)} {n(y - d)}H{n(end)}V{n(y + d)}H{n(start)}") if share else ""
     return body
 
 
@@ -149,14 +141,15 @@ def sag(plant: Block) -> float:
 
 def draw_cell(sheet: Sheet, stroke: Stroke, y: float, low: float) -> None:
     """A load cell between rod and load; its cable, on the level ``low``, follows it."""
-    cable = sym.segment((ROD + CELL / 2, low), (WALL - 6, low), look=CABLE)
-    span = WALL - 6 - ROD - CELL / 2
-    follows = stroke.moved(cable, "stretch", 1.0, (span - TRAVEL) / span, (WALL - 6, 0.0))
-    down = sym.segment((ROD + CELL / 2, y + 10), (ROD + CELL / 2, low), look=CABLE)
-    box = sym.rect(ROD, y - 10, CELL, 20) + sym.label(ROD + CELL / 2, y, "F") + down
-    body = stroke.moved(box, "slide", 0.0, TRAVEL) + follows
-    edges = ROD, y - 10, WALL - 6, low
-    sheet.place("load cell", body, {"out": (WALL - 6, low)}, "sensors", "Load cell", edges)
+    middle, end = ROD + CELL / 2, WALL - 6
+    box = sym.rect(ROD, y - 10, CELL, 20) + sym.label(middle, y, "F")
+    box += sym.segment((middle, y + 10), (middle, low), look=CABLE)
+    cable = sym.segment((middle, low), (end, low), look=CABLE)
+    shortest = (end - middle - TRAVEL) / (end - middle)
+    body = stroke.moved(box, "slide", 0.0, TRAVEL)
+    body += stroke.moved(cable, "stretch", 1.0, shortest, (end, 0.0))
+    edges = ROD, y - 10, end, low
+    sheet.place("load cell", body, {"out": (end, low)}, "sensors", "Load cell", edges)
 
 
 def draw_load(sheet: Sheet, loop: Any, stroke: Stroke, x: float, y: float) -> None:
@@ -210,9 +203,8 @@ def spring_to_wall(damped: bool, stroke: Stroke, x: float, y: float) -> str:
         body += sym.path(f"M{n(middle - 10)} {n(y + 11)}H{n(middle + 8)}V{n(y + 23)}h-18", sym.FINE)
         body += sym.fine((middle + 8, y + 17), (WALL, y + 17))
     span = WALL - x
-    return stroke.moved(body, "stretch", 1.0, (span - TRAVEL) / span, (WALL, 0.0)) + sym.ground(
-        WALL, y - 20, 48
-    )
+    body = stroke.moved(body, "stretch", 1.0, (span - TRAVEL) / span, (WALL, 0.0))
+    return body + sym.ground(WALL, y - 20, 48)
 
 
 def draw_arm(stroke: Stroke, carried: Any, x: float, y: float) -> tuple[float, str, float]:
@@ -230,10 +222,7 @@ def draw_arm(stroke: Stroke, carried: Any, x: float, y: float) -> tuple[float, s
     else:
         turned += sym.circle(*tip, 8.0, sym.DARK)
     body = stroke.moved(turned, "turn", turn, -turn, hinge)
-    body += sym.circle(*hinge, 4.0, sym.SOLID) + sym.segment(
-        (hinge[0] - 14, hinge[1] - 14), (hinge[0] + 14, hinge[1] - 14)
-    )
-    body += sym.path(f"M{n(hinge[0])} {n(hinge[1])}l-9 -14h18z")
+    body += sym.circle(*hinge, 4.0, sym.SOLID) + sym.path(f"M{n(hinge[0])} {n(hinge[1])}l-9 -14h-5h28h-5z")
     body += stroke.moved(sym.circle(x, y, 4.0, sym.SOLID), "slide", 0.0, TRAVEL)
     return hinge[1] - 30, body, x
 

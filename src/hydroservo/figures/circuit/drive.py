@@ -24,8 +24,6 @@ X = {"A": PORT_A, "B": PORT_B}
 OUT = {"A": -1, "B": 1}  # away from the middle
 WITHOUT_STATE = (PortValves, PressureCompensator)  # whose state is that of the drive in them
 ON_FEED = (PressureCompensator, LoadSensing)  # between supply and valve
-
-
 Stage = Callable[[Sheet, Any, str, Ends, float], float]
 
 
@@ -113,11 +111,8 @@ def draw_hoses(sheet: Sheet, drive: Any, where: str, ends: Ends, y: float) -> fl
     long = isinstance(drive, Lines)
     for letter, end in ends.items():
         x, top, bottom = X[letter], y + 6.0, y + 46.0
-        body = (
-            sym.path(f"M{x} {top}q{14 * OUT[letter]} 20 0 40")
-            + sym.circle(x, top, 3)
-            + sym.circle(x, bottom, 3)
-        )
+        body = sym.path(f"M{x} {top}q{14 * OUT[letter]} 20 0 40")
+        body += sym.circle(x, top, 3) + sym.circle(x, bottom, 3)
         if long:
             body = sym.rect(x - 5, top, 10, 40) + sym.path(f"M{x - 9} {top + 18}l18 -6m0 10l-18 6")
         name, pressure = f"{where} {letter}", f"{where}.{letter}"

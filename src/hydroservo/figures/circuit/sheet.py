@@ -108,7 +108,7 @@ class Sheet:
         self.lines.append(Line(kind, pressure, start, end, [self.at(start), *via, self.at(end)]))
 
     def work(self, pressure: str, *ports: str) -> None:
-        """Working lines from each port to the next, where that is not straight below or beside."""
+        """Working lines from each port to the next, with a corner where the way is not straight."""
         for start, end in pairwise(ports):
             (x, _), (_, y) = self.at(start), self.at(end)
             straight = (x, y) in (self.at(start), self.at(end))
@@ -180,7 +180,7 @@ def symbol_svg(symbol: Symbol) -> str:
     at = f'x="{n(left)}" y="{n(top)}" width="{n(right - left)}" height="{n(bottom - top)}"'
     target = f'<rect {at} stroke="none" pointer-events="all"/>' if symbol.path and symbol.ports else ""
     title = f"<title>{escape(symbol.title)}</title>" if symbol.title else ""
-    return f'<g class="part" data-symbol="{symbol.name}"{path}>{title}{target}{symbol.body}</g>'
+    return f'<g data-symbol="{symbol.name}"{path}>{title}{target}{symbol.body}</g>'
 
 
 def head(start: Point, tip: Point, size: float = 7.0) -> str:
@@ -190,12 +190,12 @@ def head(start: Point, tip: Point, size: float = 7.0) -> str:
     dx, dy = size * (x1 - x0) / length, size * (y1 - y0) / length
     left, right = (x1 - dx - 0.36 * dy, y1 - dy + 0.36 * dx), (x1 - dx + 0.36 * dy, y1 - dy - 0.36 * dx)
     points = " ".join(f"{n(x)},{n(y)}" for x, y in (tip, left, right))
-    return f'<polygon class="head" points="{points}" fill="currentColor" stroke="none"/>'
+    return f'<polygon points="{points}" fill="currentColor" stroke="none"/>'
 
 
 def n(value: float) -> str:
     """A coordinate as text, the same everywhere."""
-    return f"{round(value, 2):g}"
+    return f"{round(value, 2) + 0.0:g}"  # never -0
 
 
 def moved(
