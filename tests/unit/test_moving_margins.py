@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from hydroservo import load_scenario, replace
@@ -9,6 +10,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.linear.moving_margins import (
     TrustedMargins,
     agrees_with_onset,
+    crossed_phase_margin,
     trusted_margins,
     without_hysteresis,
 )
@@ -68,3 +70,9 @@ def test_a_law_without_slopes_has_no_margins_and_names_what_takes_them() -> None
 def test_only_hysteresis_slides() -> None:
     loop = load_scenario("axis/position")
     assert without_hysteresis(loop) == replace(loop, {"valve.hysteresis": 0.0})
+
+
+def test_a_response_of_0_has_no_phase_and_no_warning() -> None:
+    assert crossed_phase_margin(np.array([0.0, 0.0, 0.0], dtype=complex)) == math.pi
+    halves = np.array([0.0, 2.0j, -0.5j])  # from +90 to -90 degrees by way of 0: nearest to -180 in between
+    assert 0.0 <= crossed_phase_margin(halves) <= math.pi

@@ -188,10 +188,10 @@ def crossed_gain_margin(response: Response) -> float:
 
 def crossed_phase_margin(response: Response) -> float:
     """From where a response crosses the unit circle."""
-    logs = np.log(np.abs(response))
+    logs = np.log(np.maximum(np.abs(response), np.finfo(float).tiny))  # some responses are 0
     crossed = np.flatnonzero(logs[:-1] * logs[1:] < 0.0)
     share = logs[crossed] / (logs[crossed] - logs[crossed + 1])
-    turn = np.angle(response[crossed + 1] / response[crossed])
+    turn = np.angle(response[crossed + 1] * response[crossed].conj())
     distance = np.abs(np.mod(np.angle(response[crossed]) + share * turn, 2.0 * math.pi) - math.pi)
     return float(distance.min(initial=math.pi))
 
