@@ -39,10 +39,14 @@ def played_curve(
         return {}, ["a speed has the load and the areas in it: the scenario's valve stays as it is"]
     if not has_edges(loop):
         return {}, [f"{type(loop.valve).__name__} has no gain and edges that would play the table"]
+    if getattr(loop.valve.orifice, "regeneration", False):
+        return {}, ["a regenerative valve does not pass the table's flow at port A: its edges stay"]
     valve: Any = loop.valve
     edges = valve.orifice
     command, flow = table["command"].values, table["flow"].values
     full = float(min(-command[0], command[-1]))
+    if full <= 0.0:
+        return {}, ["the table has one sign of the command only, and a valve's curve needs both"]
     line = line_pressures(loop)
     shares = zip((100.0 * command / full).tolist(), flow.tolist(), strict=True)
     orifice = {
