@@ -124,7 +124,7 @@ def plot_static_map(found: "StaticMap") -> Plot:
 
 def plot_characteristic(found: "StaticMap", table: xr.Dataset) -> Plot:
     """Both branches and the table, whole and about null, and how far the branches lie apart."""
-    name = str(list(table.data_vars)[1])
+    name = table.attrs["quantity"]
     command, answer = table["command"].values, table[name].values
     null = command[answer == 0.0]
     with style():

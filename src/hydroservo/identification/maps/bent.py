@@ -5,14 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.identification.maps.sweeps import VARIED, Loops, Pass, SweepLine
-from hydroservo.identification.regression import regression
+from hydroservo.identification.maps.sweeps import Pass, SweepLine, line_through
 
 STEPS = 100  # of the command's span
-ABOUT = 0.03  # of the span, within which a command counts as met from the other side too
-NONE = 5e-3  # of the answer's range, below which one has no sign
-ROUNDS = 6  # in which the curve and the width of its loop settle
-BOTH_WAYS = 0.1  # of what one direction of the command tells, that the other must tell too
+ABOUT = 0.003  # of the span, within which both directions are at one command
+ROUNDS = 7  # in which the curve and the width of its loop settle
 
 Samples = NDArray[np.float64]
 
@@ -28,65 +25,35 @@ def bent_line(sweeps: Sequence[Pass]) -> SweepLine | None:
     Source: Gauss-Newton steps for h and T, with C from all samples at u'.
     Fails where the curve is flat all over, and where the width of the loop changes much along it.
     """
-    line = bent_step(sweeps, sweeps)
+    moved, met = list(sweeps), met_both_ways(sweeps)
     for _ in range(ROUNDS):
+        at, curve = rough_curve(moved)
+        slope = np.gradient(curve, at)
+        parts, slopes = [], []
+        for one, other, on in zip(sweeps, moved, met, strict=True):
+            u = other.command
+            slopes.append(on * np.interp(u, at, slope))  # samples of slope 0 and answer 0 do not count
+            parts.append(one._replace(answer=on * (one.answer - np.interp(u, at, curve)) + slopes[-1] * u))
+        line = line_through(parts, slopes)
         if line is None:
             return None
         lag = line.lag()[0] if line.tells_lag else 0.0
-        line = bent_step(sweeps, shifted(sweeps, line.apart()[0], lag, line.rate))
+        moved = shift_commands(sweeps, line.apart()[0], lag, line.rate)
     return line
 
 
-def bent_step(sweeps: Sequence[Pass], moved: Sequence[Pass]) -> SweepLine | None:
-    """The line, from the same samples at their commands and at those that were shifted before."""
-    at, curve = rough_curve(moved)
-    slope = np.gradient(curve, at)
-    rates = np.concatenate([one.rate for one in sweeps])
-    mean = float(rates.mean())
-    varied = bool(rates.std() > VARIED * mean)
-    parts = []
-    for one, other, on in zip(sweeps, moved, met_both_ways(moved, at, curve, slope), strict=True):
-        u, g = other.command, np.interp(other.command, at, slope)
-        ways = np.array([one.rising, not one.rising], dtype=np.float64)
-        faster = (1.0 if one.rising else -1.0) * (one.rate - mean)
-        columns = [g * one.command, *np.outer(ways, g), *([g * faster] if varied else [])]
-        parts.append((np.stack(columns, axis=1)[on], (one.answer - np.interp(u, at, curve) + g * u)[on]))
-    found = regression(parts)
-    line = None if found is None else SweepLine(found, mean)
-    return line if line is not None and line.slope()[0] > line.slope()[1] else None
+def met_both_ways(sweeps: Sequence[Pass]) -> list[NDArray[np.bool_]]:
+    """The samples of each pass at whose command the other direction was met too.
 
-
-def met_both_ways(
-    moved: Sequence[Pass], at: Samples, curve: Samples, slope: Samples
-) -> list[NDArray[np.bool_]]:
-    """The samples of each pass about whose command the other direction was met too.
-
-    Where the command goes one way alone, the curve takes on what a lag or a hysteresis does. A sign of the
-    answer of which one direction tells next to nothing does not count.
+    Where the command goes one way alone, the curve takes on what a lag or a hysteresis does.
     """
-    near = ABOUT * (at[-1] - at[0])
     met = {
-        way: np.sort(np.concatenate([one.command for one in moved if one.rising == way]))
+        way: np.sort(np.concatenate([one.command for one in sweeps if one.rising == way]))
         for way in (True, False)
     }
-    found, signs = [], []
-    known = {(sign, way): 0.0 for sign in (-1.0, 0.0, 1.0) for way in met}
-    for one in moved:
-        other = met[not one.rising]
-        there = np.searchsorted(other, one.command + near) > np.searchsorted(other, one.command - near)
-        value = np.interp(one.command, at, curve)
-        sign = np.sign(value) * (np.abs(value) > NONE * np.ptp(curve))
-        for side in (-1.0, 1.0):
-            g = np.interp(one.command[there & (sign == side)], at, slope)
-            known[side, one.rising] += float(g @ g)
-        found.append(there)
-        signs.append(sign)
-    told = [
-        sign
-        for sign in (-1.0, 1.0)
-        if min(known[sign, way] for way in met) > BOTH_WAYS * max(known[sign, way] for way in met)
-    ]
-    return [there & np.isin(sign, told) for there, sign in zip(found, signs, strict=True)]
+    near = ABOUT * (max(one[-1] for one in met.values()) - min(one[0] for one in met.values()))
+    others = [(met[not one.rising], one.command) for one in sweeps]
+    return [np.searchsorted(other, u + near) > np.searchsorted(other, u - near) for other, u in others]
 
 
 def rough_curve(sweeps: Sequence[Pass]) -> tuple[Samples, Samples]:
@@ -117,7 +84,7 @@ def step_means(sweeps: Sequence[Pass], steps: int) -> tuple[Samples, Samples, Sa
     return at, means, counts[there].astype(np.float64)
 
 
-def shifted(sweeps: Sequence[Pass], apart: float, lag: float, rate: float) -> list[Pass]:
+def shift_commands(sweeps: Sequence[Pass], apart: float, lag: float, rate: float) -> list[Pass]:
     """The passes at commands less half of the width of the loop, and what their own rate makes of a lag."""
     return [
         one._replace(
@@ -125,11 +92,3 @@ def shifted(sweeps: Sequence[Pass], apart: float, lag: float, rate: float) -> li
         )
         for one in sweeps
     ]
-
-
-def on_one_curve(sweeps: Sequence[Pass], loops: Loops) -> list[Pass]:
-    """The passes at the commands at which one curve has the answers of both branches.
-
-    A width below 0 is none: what did not settle lies there as if it were.
-    """
-    return shifted(sweeps, max(loops.apart[0], 0.0), loops.lag, loops.rate)

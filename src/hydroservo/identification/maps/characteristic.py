@@ -12,12 +12,19 @@ from hydroservo.core.formatting import counted, plain_quantity
 from hydroservo.core.hooks import line_pressures
 from hydroservo.identification.log import COMMAND
 from hydroservo.identification.log_check import stroke_of
-from hydroservo.identification.maps.bent import bent_line, on_one_curve
-from hydroservo.identification.maps.monotone import Edge, Points, answer_edge, mirrored, rises, side_points
+from hydroservo.identification.maps.bent import bent_line, shift_commands
+from hydroservo.identification.maps.monotone import (
+    Edge,
+    Points,
+    answer_edge,
+    has_answer,
+    mirror_passes,
+    side_points,
+)
 from hydroservo.identification.maps.piston import Piston, require_signals
 from hydroservo.identification.maps.played import check_size, played_curve
 from hydroservo.identification.maps.result import DrawnLine, Interval, MapContents, curve_of
-from hydroservo.identification.maps.stairs import stairs, stretches_at_rest
+from hydroservo.identification.maps.stairs import LEVEL, stairs, stretches_at_rest
 from hydroservo.identification.maps.sweeps import (
     FEWEST,
     Pass,
@@ -46,6 +53,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FLAT = 0.1  # of the mean slope, below which a point does not tell how far both directions lie apart
+SLOPE_OFF = 0.03  # of the slope of a bent curve, by which volts are made of what lies between directions
 ONE_SIDED = "no flow is met by both a rising and a falling command: reach the same levels from both sides"
 
 Samples = NDArray[np.float64]
@@ -69,19 +77,13 @@ class Sides(NamedTuple):
     above: Points  # of the positive answer
     below: Points  # of the negative one, mirrored
     begins: tuple[Edge, Edge]  # where the positive answer begins, and the negative one
-    has_dead_band: bool  # whether nothing answers between these
-
-    @property
-    def null(self) -> Samples:
-        """The commands at which the table is 0 [V], shape (1,) or (2,)."""
-        edges = np.array([edge.command for edge in self.begins[::-1]])
-        return edges if self.has_dead_band else edges.mean(keepdims=True)
+    null: Samples  # the commands at which the table is 0, shape (1,), or (2,) about a dead band [V]
 
     @property
     def null_half(self) -> Samples:
         """Half of the intervals of these, as answers."""
         edges = np.array([edge.half * edge.slope for edge in self.begins[::-1]])
-        return edges if self.has_dead_band else edges.mean(keepdims=True)
+        return edges if self.null.size > 1 else edges.mean(keepdims=True)
 
 
 def characteristic_map(
@@ -113,10 +115,15 @@ def characteristic_map(
         line = line_through(met)
     if line is not None:
         loops = loops_of([line], lag_of(loop))
+        width, half = loops.hysteresis
+        loops = loops._replace(hysteresis=(width, float(np.hypot(half, SLOPE_OFF * width))))
         remarks += check_slow(loops, WIDEST, span, name)
         if fast := too_fast(loops, WIDEST, span):
             raise ScenarioError(name, "command", fast)
-        samples, apart = on_one_curve(met, loops), max(loops.apart[0], 0.0)
+        apart = max(
+            loops.apart[0], 0.0
+        )  # a width below 0 is none: what did not settle lies there as if it were
+        samples = shift_commands(met, apart, loops.lag, loops.rate)
         hysteresis, unknown = hysteresis_of(loops)
     sides = sides_of(samples, name)
     edges, crossed = edge_numbers(sides)
@@ -194,30 +201,44 @@ def answer_in(
 
 def check_both_ways(samples: Sequence[Pass], quantity: Quantity, name: str) -> None:
     """Refuse samples of one direction of flow alone."""
-    for way, side in (("positive", samples), ("negative", mirrored(samples))):
-        if not rises(side):
+    for way, side in (("positive", samples), ("negative", mirror_passes(samples))):
+        if not has_answer(side):
             problem = f"shows no {way} {quantity.name} beyond its noise: sweep farther, and both ways"
             raise ScenarioError(name, "command", problem)
 
 
 def sides_of(samples: Sequence[Pass], name: str) -> Sides:
     """Both sides of the table, which meet in a dead band or in one command."""
-    above, below = answer_edge(samples), answer_edge(mirrored(samples))
+    mirrored = mirror_passes(samples)
+    above, below = answer_edge(samples), answer_edge(mirrored)
     below = below._replace(command=-below.command)
-    unsure = float(np.nan_to_num(np.hypot(above.half, below.half)))
-    apart = above.command - below.command
-    null = (above.command, below.command) if apart > unsure else (0.5 * (above.command + below.command),) * 2
-    plus, minus = side_points(samples, null[0]), side_points(mirrored(samples), -null[1])
+    null = np.array([below.command, above.command])
+    if not null[1] - null[0] > np.hypot(above.half, below.half):  # nor where one of these is nan
+        null = null.mean(keepdims=True)
+    check_levels(samples, null[-1], name)
+    check_levels(mirrored, -null[0], name)
+    plus, minus = side_points(samples, null[-1]), side_points(mirrored, -null[0])
     if plus is None or minus is None:
         raise ScenarioError(name, "command", "has too few samples for a table: sweep slower or more often")
-    return Sides(plus, minus, (above, below), apart > unsure)
+    return Sides(plus, minus, (above, below), null)
+
+
+def check_levels(side: Sequence[Pass], edge: float, name: str) -> None:
+    """Refuse a side whose samples beyond its edge are all at one command."""
+    every = np.concatenate([one.command for one in side])
+    apart = LEVEL * np.ptp(every)
+    beyond = every[every > edge + apart]
+    if not beyond.size or np.ptp(beyond) <= apart:
+        raise ScenarioError(name, "command", "has one level beyond null on a side: add some")
 
 
 def edge_numbers(sides: Sides) -> tuple[dict[str, Interval], dict[str, str]]:
     """Where the answer begins, and why that cannot be determined."""
     above, below = sides.begins
+    if why := above.why or below.why:
+        return {}, dict.fromkeys(DEAD_BAND, why)
     numbers, unknown = dead_band_of((above.command, above.half), (below.command, below.half))
-    if sides.has_dead_band or unknown:
+    if sides.null.size > 1 or unknown:
         return numbers, unknown
     why = f"it is at most {plain_quantity(numbers['dead_band'].high, 'V')} wide, and may be none"
     return {"null_offset": numbers["null_offset"]}, dict.fromkeys(DEAD_BAND[:3], why)
@@ -249,7 +270,7 @@ def table_of(sides: Sides, samples: Sequence[Pass], apart: float, quantity: Quan
         "hysteresis": ("V", "how far a falling and a rising command lie apart"),
         "samples": ("", "samples nearest to the point"),
     }
-    return curve_of(dict(zip(about, columns, strict=True)), about)
+    return curve_of(dict(zip(about, columns, strict=True)), about).assign_attrs(quantity=name)
 
 
 def point_samples(

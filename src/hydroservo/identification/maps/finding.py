@@ -80,7 +80,9 @@ def number_rows(static_map: "StaticMap") -> list[list[Cell]]:
 
 def point_table(table: "xr.Dataset") -> Table:
     """Some points of a characteristic, evenly along its command, and those where it leaves 0."""
-    command, answer, half, _, hysteresis, samples = table.data_vars.values()
+    name = table.attrs["quantity"]
+    names = ("command", name, f"{name}_half", "hysteresis", "samples")
+    command, answer, half, hysteresis, samples = (table[column] for column in names)
     evenly = np.abs(
         command.values[:, np.newaxis] - np.linspace(command.values[0], command.values[-1], SHOWN)
     ).argmin(axis=0)

@@ -46,7 +46,7 @@ def level_parts(command: Samples, tolerance: float) -> Iterator[slice]:
 def stairs(command: Samples, answer: Samples) -> tuple[list[Pass], int]:
     """The settled stretches of constant command as passes of rate 0, and how many have not settled.
 
-    The first stretch is left out, as no one knows from where it was reached.
+    The first stretch is left out, because its direction is unknown.
     """
     found: list[Pass] = []
     unsettled = 0

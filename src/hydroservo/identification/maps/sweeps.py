@@ -213,8 +213,11 @@ class SweepLine(NamedTuple):
         return self.found.ratio(above, self.weights(1.0, 0.0, 0.0))
 
 
-def line_through(sweeps: Sequence[Pass]) -> SweepLine | None:
-    """The line of samples of both directions; None where they are too few, or none rises."""
+def line_through(sweeps: Sequence[Pass], slopes: Sequence[Samples] | None = None) -> SweepLine | None:
+    """The line of samples of both directions; None where they are too few, or none rises.
+
+    Of a bent curve, its slope at each sample multiplies the columns.
+    """
     counts = [sum(one.command.size for one in sweeps if one.rising == way) for way in (True, False)]
     if min(counts) < FEWEST:
         return None
@@ -222,11 +225,11 @@ def line_through(sweeps: Sequence[Pass]) -> SweepLine | None:
     mean = float(rates.mean())
     varied = bool(rates.std() > VARIED * mean)
     parts = []
-    for one in sweeps:
+    for one, slope in zip(sweeps, slopes or [np.ones(one.rate.size) for one in sweeps], strict=True):
         ways = np.array([one.rising, not one.rising], dtype=np.float64)
         faster = (1.0 if one.rising else -1.0) * (one.rate - mean)
-        columns = [one.command, *np.outer(ways, np.ones(one.command.size)), *([faster] if varied else [])]
-        parts.append((np.stack(columns, axis=1), one.answer))
+        columns = [one.command, *np.outer(ways, np.ones(one.rate.size)), *([faster] if varied else [])]
+        parts.append((slope[:, np.newaxis] * np.stack(columns, axis=1), one.answer))
     found = regression(parts)
     line = None if found is None else SweepLine(found, mean)
     return line if line is not None and line.slope()[0] > line.slope()[1] else None
@@ -257,8 +260,10 @@ def loops_of(lines: Sequence[SweepLine], known: float, static: bool = True) -> L
     varied = all(line.tells_lag for line in lines)
     if varied and static:
         lag, half = mean_interval(line.lag() for line in lines)
-        if lag > 0.0 and (half < UNSURE * known or abs(lag - known) > half):
-            return Loops(apart, rate, lag, mean_interval(line.hysteresis() for line in lines), True, False)
+        if not known or (lag > 0.0 and (half < UNSURE * known or abs(lag - known) > half)):
+            return Loops(
+                apart, rate, max(lag, 0.0), mean_interval(line.hysteresis() for line in lines), True, False
+            )
     made = 2.0 * known * rate
     left = apart[0] - made, float(np.hypot(apart[1], UNSURE * made))
     return Loops(apart, rate, known, left, False, rate > 0.0 and not varied)

@@ -13,7 +13,7 @@ from hydroservo.core.hooks import line_pressures
 from hydroservo.core.signals import Pressures
 from hydroservo.identification.log import COMMAND
 from hydroservo.identification.log_check import stroke_of
-from hydroservo.identification.maps.monotone import mirrored, rises
+from hydroservo.identification.maps.monotone import has_answer, mirror_passes
 from hydroservo.identification.maps.piston import Piston, require_signals, stretch_velocity
 from hydroservo.identification.maps.result import DrawnLine, Interval, MapContents, unchanged_number
 from hydroservo.identification.maps.sweeps import (
@@ -158,7 +158,7 @@ def side_of(sweeps: Sequence[Pass], sign: float, name: str) -> Side:
     if found is None:
         way = "positive" if sign > 0.0 else "negative"
         problem = f"shows no {way} flow that follows the command: sweep farther, slower, or both ways"
-        if rises(sweeps if sign > 0.0 else mirrored(sweeps)):
+        if has_answer(sweeps if sign > 0.0 else mirror_passes(sweeps)):
             problem = f"its {way} flow is bent, and no straight line goes through it: {MEASURE_IT}"
         raise ScenarioError(name, "command", problem)
     return Side(found, largest)
