@@ -85,7 +85,7 @@ def valve_sheet(valve: Any, rated: Rated) -> PartSheet:
         results += [
             PartResult(name.replace("_", " "), getattr(valve, name), unit)
             for name, unit in (("natural_frequency", "rad/s"), ("damping_ratio", ""), ("time_constant", "s"))
-            if hasattr(valve, name)
+            if name in valve._fields
         ]
     return PartSheet(tuple(results), tuple(panels), f"{caption}.")
 
@@ -97,7 +97,7 @@ def flows(edges: Any, openings: Vector, drop: float) -> Vector:
 
 def response_panels(valve: Any) -> list[PartPanel]:
     """Amplitude and phase of a valve's opening over frequency, from the slopes of its equations at null."""
-    small = {name: value for name, value in SMALL_MOTIONS.items() if hasattr(valve, name)}
+    small = {name: value for name, value in SMALL_MOTIONS.items() if name in valve._fields}
     rates, inputs = valve_slopes(valve._replace(**small))
     corner = float(np.abs(np.linalg.eigvals(rates)).max()) / (2.0 * math.pi)
     frequency = np.geomspace(corner * 10.0**-DECADES, corner * 10.0 ** (0.5 * DECADES), POINTS)

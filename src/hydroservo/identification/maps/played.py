@@ -55,8 +55,8 @@ def played_curve(
         "rated_drop": f"{line.supply - line.tank!r} Pa",
         "rated_opening": f"{valve.gain * full!r} m",
         "flow_curve": {"points": [[f"{share!r} %", f"{q!r} m^3/s"] for share, q in shares]},
-        **{name: float(getattr(edges, name)) for name in KEPT if hasattr(edges, name)},
-        **{name: 0.0 for name in LAPS if getattr(edges, name, 0.0)},
+        **{name: float(value) for name, value in edges._asdict().items() if name in KEPT},
+        **{name: 0.0 for name, value in edges._asdict().items() if name in LAPS and value},
     }
     changes: dict[str, Any] = {"valve.orifice": orifice}
     if hysteresis is not None and hasattr(valve, "hysteresis"):
