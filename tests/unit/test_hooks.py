@@ -11,7 +11,7 @@ SOURCES = Path(hydroservo.__file__).parent
 OF_ROLES = {  # which blocks of a role have; asked for to say who does not
     *("flow", "opening", "orifice", "simplified", "init", "step", "values")
 }
-OF_NUMBERS = {  # of some machines; maps, proposals, circuits, environments and the page use them where a type has them
+OF_NUMBERS = {  # of some machines; maps, circuits, environments and the page use them where a type has them
     *("stroke", "supply_pressure", "leakage", "internal_leakage", "external_leakage", "friction", "coulomb"),
     *("volume_a", "total_volume", "effective_bulk_modulus", "hysteresis", "area_gradient"),
     *("extra_lap_pa", "extra_lap_at", "extra_lap_pb", "extra_lap_bt"),
