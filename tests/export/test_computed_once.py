@@ -98,3 +98,13 @@ def test_a_valve_inversion_computes_no_power_of_its_parameters() -> None:
 def test_the_same_export_gives_the_same_names() -> None:
     loop = load_scenario("axis/position-lq")
     assert len({text_of(loop, inlined=True) for _ in range(5)}) == 1
+
+
+@pytest.mark.parametrize("sign", ["&", "|"])
+def test_truth_values_that_bits_join_are_no_obstacle(tmp_path: Path, sign: str) -> None:
+    needs("gcc")
+    body = f"""\
+both = (self.gain > 0.0) {sign} (y.velocity > 0.0)
+return LawState(ops.where(both, ops.power(self.gain, 0.5), y.velocity), 0.0)"""
+    for inlined in (False, True):
+        assert_same(law(tmp_path, body), tmp_path, inlined=inlined)

@@ -27,7 +27,9 @@ OPERATORS: dict[str, Callable[..., Any]] = {
     "==": operator.eq,
     "!=": operator.ne,
     "&&": operator.and_,
+    "&": operator.and_,
     "||": operator.or_,
+    "|": operator.or_,
 }
 UNARIES: dict[str, Callable[..., Any]] = {"-": operator.neg, "!": operator.not_}
 
