@@ -8,6 +8,7 @@ import shlex
 import shutil
 import subprocess
 from collections.abc import Iterable, Mapping, Sequence
+from html import escape
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -16,7 +17,7 @@ from types import ModuleType
 import numpy as np
 import xarray as xr
 from IPython import get_ipython
-from IPython.display import Image, Markdown
+from IPython.display import HTML, Image, Markdown
 from matplotlib.figure import Figure
 
 from hydroservo import load_scenario, simulate
@@ -30,6 +31,7 @@ __all__ = [
     "case",
     "curves",
     "examples",
+    "framed",
     "function_in_c",
     "margins",
     "metrics_table",
@@ -106,6 +108,13 @@ def terminal(*commands: str) -> Markdown:
         RuntimeError: one does not succeed.
     """
     return shown(commands, status=0)
+
+
+def framed(file: str, title: str) -> HTML:
+    """A page of a file, as it is, inside this one."""
+    inside = escape(Path(file).read_text(encoding="utf-8"))
+    style = "width: 100%; height: 46rem; border: 1px solid #8a97a5; border-radius: 8px"
+    return HTML(f'<div><iframe srcdoc="{inside}" title="{escape(title)}" style="{style}"></iframe></div>')
 
 
 def refused(*commands: str) -> Markdown:

@@ -21,6 +21,7 @@ from hydroservo.core.errors import LoopError as LoopError
 from hydroservo.core.errors import ParameterError as ParameterError
 from hydroservo.core.errors import ScenarioError as ScenarioError
 from hydroservo.core.field import Field as Field
+from hydroservo.export.page import export_page as export_page
 from hydroservo.export.products import export_c as export_c
 from hydroservo.export.products import export_fmu as export_fmu
 from hydroservo.export.products import export_st as export_st

@@ -53,6 +53,7 @@ def test_out_means_the_same_in_each_command():
         (("run", "paper/sine-pi"), "there", "'there' is a file, and this command writes into a folder"),
         (("export", "fmu", "paper/sine-pi"), "law", "is a folder, and this command writes a file"),
         (("export", "ssp", "paper/sine-pi"), "law.ssp/", "is a folder, and this command writes a file"),
+        (("export", "page", "paper/sine-pi"), "page", "is a folder, and this command writes a file"),
         (("schema",), "schema", "is a folder, and this command writes a file"),
         (("log", "there"), "picture.html", "must end in one of .png, .svg, .pdf, or be a folder"),
     ],

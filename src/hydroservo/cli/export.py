@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydroservo.cli.messages import progress_bar
-from hydroservo.cli.options import WHERE, Changes, Json, Plugins, Scenario, file_at, folder_at, load_loop
+from hydroservo.cli.options import (
+    WHERE,
+    Changes,
+    Json,
+    Plugins,
+    Scenario,
+    file_at,
+    folder_at,
+    list_option,
+    load_loop,
+    parse_ranges,
+)
 from hydroservo.core.formatting import counted
 from hydroservo.export.compilers import Platform, machine_name, platforms_named
 from hydroservo.export.unit import FmiVersion, Part, Precision
@@ -22,8 +33,10 @@ if TYPE_CHECKING:
 export_app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="markdown",
-    help="Write a scenario's controller, machine, equations, demand or loop as C99, Structured Text or FMUs.",
+    help="Write a scenario's controller, machine, equations, demand or loop as C99, Structured Text or FMUs, "
+    "or as a page that runs it.",
 )
+SLIDER = "--slider"
 
 PartOption = Annotated[
     Part,
@@ -55,6 +68,7 @@ def out_option(parser: Callable[[str], Path], metavar: str, what: str) -> Any:
 OutFolder = Annotated[Path, out_option(folder_at, "DIR", "the C to this folder")]
 OutST = Annotated[Path, out_option(folder_at, "DIR", "the Structured Text to this folder")]
 OutFile = Annotated[Path, out_option(file_at, "FILE.fmu", "the FMU to this file")]
+OutPage = Annotated[Path, out_option(file_at, "FILE.html", "the page to this file")]
 OutSystem = Annotated[Path, out_option(file_at, "FILE.ssp", "the system to this file")]
 Version = Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")]
 Platforms = Annotated[
@@ -243,6 +257,60 @@ def export_ssp_command(
     period, size = exports[0].unit.period, f"{out.stat().st_size / 1024:.0f} KiB"
     typer.echo(f"written: {out}, {size}, FMI {version}, steps of {period:g} s, for {', '.join(platforms)}")
     print_untried_platforms(platforms)
+
+
+@export_app.command("page")
+def export_page_command(
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    out: OutPage,
+    sliders: Annotated[
+        list[str],
+        list_option(
+            SLIDER,
+            "PATH=LOW..HIGH",
+            "A number of the loop that the page can change, as `batch --vary` has it: "
+            "`controller.proportional_gain=0.3..30 V s/m`, `plant.mass=-50%..+100%`. [default: those of "
+            "`[tune.vary]` that a run reads]",
+        ),
+    ],
+    json: Json = False,
+) -> None:
+    """Write a page that runs the loop in a browser: one HTML file with sliders, plots and metrics.
+
+    The file opens without a server or a network. The loop in it is that of export c, compiled to WebAssembly;
+    before the file is written, its numbers are held against the strict simulation, bit for bit: as it is, and
+    at both ends of each slider. Needs `pip install 'hydroservo[page]'`.
+
+    Examples:
+
+    - `hydroservo export page rig/1khz-pi-sine --out page.html`
+    - `hydroservo export page axis/position --slider plant.mechanism.mass=50..500kg --out page.html`
+    """
+    from hydroservo.core.errors import HydroservoError
+    from hydroservo.export.page import write_page
+    from hydroservo.export.products import proof_line
+    from hydroservo.scenario import assemble, parse_override
+    from hydroservo.show.files import as_json
+
+    ranges = parse_ranges(sliders, SLIDER)
+    described = assemble(scenario, dict(map(parse_override, changes)), plugins)
+    usual = {path: one.entry for path, one in described.search.ranges.items()}
+    if not (ranges or usual):
+        raise HydroservoError(f"nothing to change: give {SLIDER} PATH=LOW..HIGH, or the scenario [tune.vary]")
+    title = f"{described.title}, changed" if described.title and changes else described.title
+    options = {"ranges": ranges or usual, "some": not ranges, "title": title}
+    page, moved = export_loop(write_page, scenario, changes, plugins, out, **options)
+    if json:
+        about = {**export_identity(scenario, page.unit), "proof": page.proof._asdict()}
+        typer.echo(as_json({**about, "sliders": moved, "file": str(out)}))
+        return
+    typer.echo(f"{page.unit.title}: sliders for {', '.join(moved)}")
+    if others := [path for path in ranges or usual if path not in moved]:
+        typer.echo(f"left out, as a run reads what is designed with them: {', '.join(others)}")
+    typer.echo(proof_line(page.proof))
+    typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB; it opens in a browser")
 
 
 def export_loop(

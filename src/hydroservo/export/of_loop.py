@@ -1,7 +1,7 @@
 """A part of a scenario's loop, translated."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -50,6 +50,7 @@ TAKES = {  # name and type of each argument of step besides the state
     Part.LOOP: (),
 }
 
+MadeBlock = Callable[[Loop, Part], Block]
 PER_VOLT = "per_volt"
 CONVERTED: Mapping[type | None, tuple[str, ...]] = {  # which numbers are in the scenario's unit of commands
     Measurement: ("command",),
@@ -79,6 +80,7 @@ def exported_unit(
     title: str,
     precision: Precision = Precision.DOUBLE,
     inlined: bool = False,
+    block: MadeBlock = parts.block_of,
 ) -> CModule:
     """A part of a loop as C99.
 
@@ -89,13 +91,14 @@ def exported_unit(
         title: what it is, for people; put into one line.
         precision: double, or single for a controller.
         inlined: the parameters are constants of the source, not an argument.
+        block: makes what is stepped of the loop and the part.
 
     Raises:
         TranslationError: a block says what is not in the language.
         ParameterError: a parameter is out of range, or the prefix cannot be one.
         LoopError: single precision where it cannot be, or an expression that nests too deep.
     """
-    return c_module(ready_unit(loop, part, prefix, title, precision, inlined, WRITTEN))
+    return c_module(ready_unit(loop, part, prefix, title, precision, inlined, WRITTEN, block))
 
 
 def exported_block(
@@ -154,6 +157,7 @@ def ready_unit(
     precision: Precision,
     inlined: bool,
     written: Mapping[Any, Made],
+    block: MadeBlock = parts.block_of,
 ) -> ReadyUnit:
     """A part of a loop, translated; as of :func:`exported_unit`."""
     checked_prefix(prefix)
@@ -164,7 +168,7 @@ def ready_unit(
         refuse_fmus(loop, f"write its {part} as C")
     loop = complete_loop(loop)
     ready_loop = parts.with_its_substeps(runnable_loop(loop)) if part in STEPPED else runnable_loop(loop)
-    translation = translate_unit(ready_loop, part, prefix, written)
+    translation = translate_unit(block(ready_loop, part), ready_loop, part, prefix, written)
     first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures
     read, later = needed_by(translation, init=True), needed_by(translation, init=False)
     parameters = [translation.block] if inlined else []  # which may change between samples where they are not
@@ -221,11 +225,13 @@ COMMANDS = """
 The command comes and goes in {unit}, {per_volt:g} {unit} a volt; what is inside counts in volts."""
 
 
-def translate_unit(loop: Loop, part: Part, prefix: str, written: Mapping[Any, Made]) -> Translation:
+def translate_unit(
+    block: Block, loop: Loop, part: Part, prefix: str, written: Mapping[Any, Made]
+) -> Translation:
     """A unit's functions and records."""
     try:
         program = Program(written, prefix)
-        found = translation_of(program, parts.block_of(loop, part), part, loop.controls.declared())
+        found = translation_of(program, block, part, loop.controls.declared())
     except RecursionError:
         raise LoopError(
             f"{part}: an expression nests too deeply to be translated; give names to parts of it"

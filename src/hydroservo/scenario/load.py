@@ -64,6 +64,7 @@ class Assembly(NamedTuple):
     search: SearchSettings  # of the loop's numbers
     log_columns: Mapping[str, TableEntry] = {}  # of a log, by the signal that they hold
     log_ranges: Mapping[str, TableEntry] = {}  # of what is sought in logs, by path
+    title: str = ""  # its own, not that of its base
 
 
 def load_scenario(
@@ -135,7 +136,9 @@ def assemble_tables(scenario: LayeredTable) -> Assembly:
     loop = drop_blocks_inside_fmu(true_machine(scenario, loop, machine, drafts, arguments, truth))
     search = tune_search(scenario, loop, arguments)
     ranges = log_ranges(scenario, loop, arguments)
-    return Assembly(loop, machine, drafts, truth, arguments, search, log_columns(scenario), ranges)
+    columns, tables = log_columns(scenario), [one.given for one in scenario.layers[:2]]
+    title = next((str(one["title"]) for one in tables if "title" in one), "")
+    return Assembly(loop, machine, drafts, truth, arguments, search, columns, ranges, title)
 
 
 def drop_blocks_inside_fmu(loop: Loop) -> Loop:
