@@ -52,7 +52,7 @@ def test_the_same_page_each_time_under_a_title_of_its_own(tmp_path):
 
 def test_what_is_designed_with_is_left_out(tmp_path):
     said = succeeded("export", "page", "laws/backstepping-sine", *CHANGES, "--out", tmp_path / "page.html")
-    assert "left out, as a run reads what is designed with them: controller.controller.observer.dist" in said
+    assert "left out, as they cannot be sliders: controller.controller.observer.dist" in said
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_what_is_designed_with_is_left_out(tmp_path):
         ((*PAGE, *MASS, *MASS), "--slider: plant.mass: is given twice"),
         (
             ("export", "page", "laws/lq-sine"),
-            "2 others follow from it before a run; choose another number",
+            "it decides controller.gain_1 and 2 others; choose another number",
         ),
         (("export", "page", "my.toml"), "nothing to change: give --slider PATH=LOW..HIGH, or the scenario"),
     ],

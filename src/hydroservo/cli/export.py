@@ -308,7 +308,7 @@ def export_page_command(
         return
     typer.echo(f"{page.unit.title}: sliders for {', '.join(moved)}")
     if others := [path for path in ranges or usual if path not in moved]:
-        typer.echo(f"left out, as a run reads what is designed with them: {', '.join(others)}")
+        typer.echo(f"left out, as they cannot be sliders: {', '.join(others)}")
     typer.echo(proof_line(page.proof))
     typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB; it opens in a browser")
 

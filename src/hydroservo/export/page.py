@@ -14,7 +14,7 @@ from hydroservo.control.loop import Loop
 from hydroservo.core.block import field_at, leaves, replace, value_at
 from hydroservo.core.command_scale import commands_in
 from hydroservo.core.errors import HydroservoError, LoopError, ParameterError, ScenarioError
-from hydroservo.core.formatting import Scale, brief, plain_quantity, readable_unit, scale_of
+from hydroservo.core.formatting import Scale, brief, counted, plain_quantity, readable_unit, scale_of
 from hydroservo.core.outputs import check_outputs, write_text, written_or_kept
 from hydroservo.cosimulation import refuse_fmus
 from hydroservo.export.fmu import checked_ending
@@ -153,7 +153,7 @@ def sliders_of(unit: CModule, loop: Loop, ranges: Mapping[str, TableEntry], some
     for path, entry in ranges.items():
         try:
             found.append(slider_of(unit, loop, path, entry))
-        except ScenarioError as error:
+        except (ParameterError, ScenarioError) as error:
             problems.append(error)
     if problems and not some:
         raise problems[0]
@@ -174,8 +174,8 @@ def slider_of(unit: CModule, loop: Loop, path: str, entry: TableEntry) -> Slider
     low, high = both_ends(entry, field, value)
     read = {signal.path: signal for signal in unit.parameters}
     if others := sorted(set(read) & {one for end in (low, high) for one in also_set(loop, path, end)}):
-        more = f" and {len(others) - 1} others" if len(others) > 1 else ""
-        problem = f"cannot be a slider: {others[0]}{more} follow from it before a run"
+        more = f" and {counted(len(others) - 1, 'other')}" if len(others) > 1 else ""
+        problem = f"cannot be a slider: before a run, it decides {others[0]}{more}"
         raise ScenarioError(entry.origin.name, entry.key, problem)
     if path not in read:
         raise ScenarioError(entry.origin.name, entry.key, "is not a number that the exported loop reads")
