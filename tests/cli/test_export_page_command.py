@@ -7,12 +7,14 @@ import pytest
 import hydroservo
 from hydroservo import load_scenario
 from hydroservo.runs.provenance import scenario_hash
-from tests.support.commands.runner import failed, succeeded
+from tests.support.commands.runner import failed, hydroservo_, succeeded
 
 CHANGES = ("--set", "simulation.duration=50 ms")
 PAGE = ("export", "page", "rig/1khz-pi-sine", *CHANGES)
 GAINS = ["controller.proportional_gain", "controller.integral_gain"]
 MASS = ("--slider", "plant.mass=-50%..+50%")
+
+pytestmark = pytest.mark.slow
 
 
 def test_it_says_what_can_be_changed_and_what_was_shown(tmp_path):
@@ -53,6 +55,15 @@ def test_the_same_page_each_time_under_a_title_of_its_own(tmp_path):
 def test_what_is_designed_with_is_left_out(tmp_path):
     said = succeeded("export", "page", "laws/backstepping-sine", *CHANGES, "--out", tmp_path / "page.html")
     assert "left out, as they cannot be sliders: controller.controller.observer.dist" in said
+
+
+def test_steps_too_coarse_are_said_on_stderr_and_in_the_page(tmp_path):
+    coarse = ("--set", "simulation.period=1 ms", "--set", "simulation.substeps=1", *CHANGES)
+    page = tmp_path / "page.html"
+    result = hydroservo_("export", "page", "paper/sine-pi", *coarse, *MASS, "--out", page)
+    assert result.exit_code == 0
+    assert result.stderr.startswith("hydroservo: warning: paper/sine-pi: the steps are too coarse")
+    assert "Warning: the steps are too coarse to be trusted" in page.read_text()
 
 
 @pytest.mark.parametrize(

@@ -56,10 +56,10 @@ def page_of(name: str, file: Path) -> tuple[Export, list[str]]:
     demand = "amplitude" if hasattr(loop.reference, "amplitude") else "max_rate"
     if name.startswith(DESIGNED):
         with pytest.raises(HydroservoError, match="choose another number"):
-            write_page(loop, file, ranges, some=True)
+            write_page(loop, file, ranges, fitting_only=True)
     if name.startswith(DESIGNED) or not ranges:
         ranges = as_entries({f"reference.{demand}": hs.relative(-0.2, 0.2)})
-    return write_page(loop, file, ranges, some=True, name=name)
+    return write_page(loop, file, ranges, fitting_only=True, name=name)
 
 
 @pytest.mark.slow

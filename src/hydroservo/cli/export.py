@@ -1,6 +1,7 @@
 """The commands that take a scenario to a target."""
 
 import shlex
+import warnings
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -288,7 +289,8 @@ def export_page_command(
     - `hydroservo export page rig/1khz-pi-sine --out page.html`
     - `hydroservo export page axis/position --slider plant.mechanism.mass=50..500kg --out page.html`
     """
-    from hydroservo.core.errors import HydroservoError
+    from hydroservo.cli.messages import say_warning
+    from hydroservo.core.errors import HydroservoError, HydroservoWarning
     from hydroservo.export.page import write_page
     from hydroservo.export.products import proof_line
     from hydroservo.scenario import assemble, parse_override
@@ -300,8 +302,12 @@ def export_page_command(
     if not (ranges or usual):
         raise HydroservoError(f"nothing to change: give {SLIDER} PATH=LOW..HIGH, or the scenario [tune.vary]")
     title = f"{described.title}, changed" if described.title and changes else described.title
-    options = {"ranges": ranges or usual, "some": not ranges, "title": title}
-    page, moved = export_loop(write_page, scenario, changes, plugins, out, **options)
+    options = {"ranges": ranges or usual, "fitting_only": not ranges, "title": title}
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", HydroservoWarning)
+        page, moved = export_loop(write_page, scenario, changes, plugins, out, **options)
+    for one in said:
+        say_warning(scenario, str(one.message))
     if json:
         about = {**export_identity(scenario, page.unit), "proof": page.proof._asdict()}
         typer.echo(as_json({**about, "sliders": moved, "file": str(out)}))

@@ -1,8 +1,10 @@
 """A page that runs a loop in a browser: its WebAssembly, sliders, plots and metrics in one file."""
 
+import base64
 import inspect
 import json
 import math
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,10 +13,25 @@ import numpy as np
 
 from hydroservo.control.controlled import Command
 from hydroservo.control.loop import Loop
-from hydroservo.core.block import field_at, leaves, replace, value_at
+from hydroservo.control.monitors.group import snake_case
+from hydroservo.core.block import Block, field_at, leaves, replace, value_at
 from hydroservo.core.command_scale import commands_in
-from hydroservo.core.errors import HydroservoError, LoopError, ParameterError, ScenarioError
-from hydroservo.core.formatting import Scale, brief, counted, plain_quantity, readable_unit, scale_of
+from hydroservo.core.errors import (
+    HydroservoError,
+    HydroservoWarning,
+    LoopError,
+    ParameterError,
+    ScenarioError,
+)
+from hydroservo.core.formatting import (
+    Scale,
+    brief,
+    counted,
+    enumeration,
+    plain_quantity,
+    readable_unit,
+    scale_of,
+)
 from hydroservo.core.outputs import check_outputs, write_text, written_or_kept
 from hydroservo.cosimulation import refuse_fmus
 from hydroservo.export.fmu import checked_ending
@@ -22,8 +39,10 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.products import Export, Progress, report_nothing, title_and_prefix
 from hydroservo.export.texts import render
 from hydroservo.export.unit import CModule, Part, Proof, Signal
-from hydroservo.export.wasm import WasmLoop, as_base64, check_bits, check_packages, wasm_of
+from hydroservo.export.wasm import WasmLoop, check_bits, check_packages, wasm_of
 from hydroservo.export.watched import METRICS, WATCH, metric_places, page_monitors, watched_loop
+from hydroservo.machine.drives import ValveOnSupply
+from hydroservo.machine.valves import NoValve
 from hydroservo.runs.arguments import checked_loop, checked_mapping, checked_path
 from hydroservo.runs.fitting import name_with_inner
 from hydroservo.runs.run import PreparedRun, prepare_loop, prepare_run
@@ -32,6 +51,7 @@ from hydroservo.scenario.ranges import as_entries, both_ends, check_path, typed_
 from hydroservo.scenario.tables import TableEntry
 
 UNSEEN = ("holds", "sample")  # of the state, besides what monitors gather
+PLAIN = (NoValve, ValveOnSupply)  # of which there is nothing to say
 SHOWN = {"demand": "reference.value", "signal": "controlled.value", "command": "controller.u"}
 
 
@@ -79,6 +99,9 @@ def export_page(
     Returns:
         What was exported, how many recorded samples have the bits of the runs, and the path written.
 
+    Warns:
+        HydroservoWarning: what :func:`~hydroservo.simulate` warns of; the page says it too.
+
     Raises:
         TranslationError, ParameterError, LoopError: as of :func:`~hydroservo.export_c`; also where a slider
             is not a number of the loop, or changes others that the page holds.
@@ -98,14 +121,14 @@ def write_page(
     file: Path | str,
     ranges: Mapping[str, TableEntry],
     *,
-    some: bool = False,
+    fitting_only: bool = False,
     name: str = "",
     title: str = "",
     progress: Progress | None = None,
 ) -> tuple[Export, list[str]]:
     """As :func:`export_page`, of ranges with the places where they stand; also the paths of the sliders.
 
-    With ``some``, those of which no slider can be made are left out, if there are others.
+    With ``fitting_only``, ranges of which no slider can be made are left out, if there are others.
     """
     path, report = checked_ending(checked_path("file", file), ".html"), progress or report_nothing
     loop = checked_loop(loop)
@@ -118,10 +141,12 @@ def write_page(
     what, prefix = title_and_prefix(loop, Part.LOOP, name)
     with commands_in(loop.command):
         unit = exported_unit(loop, Part.LOOP, prefix=prefix, title=what, block=watched_loop)
-        sliders = sliders_of(unit, held := with_its_start(loop), ranges, some)
+        sliders = sliders_of(unit, held := with_its_start(loop), ranges, fitting_only)
         report(0.1, "compiling to WebAssembly")
         code = wasm_of(unit, [one.signal for one in sliders])
-        run = prepare_run(held, record=recorded_paths(unit), metrics=page_monitors(loop), strict=True)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always", HydroservoWarning)
+            run = prepare_run(held, record=recorded_paths(unit), metrics=page_monitors(loop), strict=True)
         trace = run({})
         proof = replay(unit, code, sliders, run, trace, report)
         text = render(
@@ -130,12 +155,15 @@ def write_page(
                 "title": title or what,
                 "name": name or what,
                 "machine": machine_line(run.loop),
+                "warnings": [str(one.message) for one in said],
                 "unit": unit,
                 "samples": proof.samples,
                 "data": in_script(page_data(unit, sliders, run, trace)),
-                "code": as_base64(code),
+                "code": base64.b64encode(code).decode(),
             },
         )
+    for one in said:
+        warnings.warn(one.message, stacklevel=3)
     report(0.95, "writing the page")
     files = written_or_kept(path.parent, lambda to: [write_text(to / path.name, text)])
     return Export(unit, proof, tuple(files)), [one.signal.path for one in sliders]
@@ -147,15 +175,17 @@ def with_its_start(loop: Loop) -> Loop:
     return loop._replace(plant=ready.plant, start=ready.start)
 
 
-def sliders_of(unit: CModule, loop: Loop, ranges: Mapping[str, TableEntry], some: bool) -> list[Slider]:
-    """The sliders with some ranges; with ``some``, those that there can be."""
+def sliders_of(
+    unit: CModule, loop: Loop, ranges: Mapping[str, TableEntry], fitting_only: bool
+) -> list[Slider]:
+    """The sliders with these ranges, all or those that there can be."""
     found, problems = [], []
     for path, entry in ranges.items():
         try:
             found.append(slider_of(unit, loop, path, entry))
         except (ParameterError, ScenarioError) as error:
             problems.append(error)
-    if problems and not some:
+    if problems and not fitting_only:
         raise problems[0]
     if not found:
         raise HydroservoError(f"{problems[0]}; choose another number")
@@ -276,14 +306,9 @@ def page_data(unit: CModule, sliders: Sequence[Slider], run: PreparedRun, trace:
 
 
 def slider_data(one: Slider) -> dict[str, Any]:
-    path, _, name = one.signal.path.rpartition(".")
-    about = {
-        "path": one.signal.path,
-        "of": path,
-        "name": name.replace("_", " "),
-        "meaning": one.signal.meaning,
-    }
-    return about | {"low": one.low, "high": one.high, "value": one.signal.value} | scale_data(one.scale)
+    path, value = one.signal.path, one.signal.value
+    about = {"path": path, "name": path.rpartition(".")[2].replace("_", " "), "meaning": one.signal.meaning}
+    return about | {"low": one.low, "high": one.high, "value": value} | scale_data(one.scale)
 
 
 def scaled(values: Any, unit: str) -> dict[str, Any]:
@@ -298,12 +323,17 @@ def scale_data(scale: Scale) -> dict[str, Any]:
 def machine_line(loop: Loop) -> str:
     """What a machine and its law are, in a line."""
     plant = (inspect.getdoc(type(loop.plant)) or type(loop.plant).__name__).partition("\n\n")[0]
-    parts = {"valve": loop.valve, "drive": loop.drive, "supply": loop.supply, "load": loop.load}
-    names = [f"{name} {type(one).__name__}" for name, one in parts.items() if isinstance(one, tuple)]
+    shown = [one for one in (loop.valve, loop.drive, loop.supply) if not isinstance(one, PLAIN)]
+    names = [*map(in_words, shown), f"{in_words(loop.load)} load"]
     law = name_with_inner(loop.controller, "controller")
     label, factor = readable_unit("s", loop.simulation.period)
     sampled = f"{brief(factor * loop.simulation.period)} {label}"
-    return f"{' '.join(plant.split())} With {', '.join(names)}. Law: {law}, sampled every {sampled}."
+    return f"{' '.join(plant.split())} With {enumeration(names)}. Law: {law}, sampled every {sampled}."
+
+
+def in_words(block: Block) -> str:
+    """The name of a block's class as words."""
+    return snake_case(type(block).__name__).replace("_", " ")
 
 
 def in_script(data: Mapping[str, Any]) -> str:

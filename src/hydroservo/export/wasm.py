@@ -1,6 +1,5 @@
 """A loop in C as WebAssembly: compiled, and held against the simulation."""
 
-import base64
 import ctypes
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -125,8 +124,3 @@ def check_bits(replay: Replay, run: Mapping[str, Any], columns: Mapping[str, int
         same = (found.view(np.int64) == expected.view(np.int64)) | (np.isnan(found) & np.isnan(expected))
         if not np.all(same):
             raise LoopError(f"nothing is written: {when}, {name} of the page is not that of the simulation")
-
-
-def as_base64(code: bytes) -> str:
-    """Bytes as text of a page."""
-    return base64.b64encode(code).decode("ascii")
