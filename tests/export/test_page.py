@@ -125,7 +125,8 @@ def test_another_number_is_seen(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("sliders", "said"),
     [
-        ({}, "must name a number"),
+        ({}, "must name numbers"),
+        ({3: (1.0, 2.0)}, "must name numbers"),
         ({"controller.nothing": (1, 2)}, "sliders: controller.nothing: must be one of controller."),
         ({"simulation.period": (1, 2)}, "is not a number that can vary"),
         ({GAIN: (2.0, 1.0)}, "is more than"),
@@ -166,7 +167,8 @@ def test_a_page_that_fails_leaves_the_old_one(tmp_path: Path, monkeypatch: pytes
     import sys
 
     (tmp_path / "page.html").write_text("old")
-    monkeypatch.setattr("hydroservo.export.wasm.COMPILER", (sys.executable, "-c", "exit('error: no')"))
+    monkeypatch.setattr("hydroservo.export.wasm.zig", lambda: sys.executable)
+    monkeypatch.setattr("hydroservo.export.wasm.TARGET", ("-c", "exit('error: no')"))
     with pytest.raises(HydroservoError, match="fails: error: no") as caught:
         export_page(hs.load_scenario(PI), tmp_path / "page.html", {GAIN: (1.0, 9.0)})
     assert "\n" not in str(caught.value)

@@ -133,8 +133,10 @@ def write_page(
     path, report = checked_ending(checked_path("file", file), ".html"), progress or report_nothing
     loop = checked_loop(loop)
     refuse_fmus(loop, "write a page")
-    if not ranges:
-        raise ParameterError("sliders", "{}", "must name a number and its range")
+    if not (ranges and all(isinstance(one, str) for one in ranges)):
+        raise ParameterError("sliders", [*ranges], "must name numbers and their ranges")
+    if not isinstance(title, str):
+        raise ParameterError("title", title, "must be a string: what the scenario is, in a line")
     check_outputs([path])
     check_packages()
     report(0.0, "translating")
@@ -248,8 +250,8 @@ def replay(
     columns = {path: at[path] for path in run.wanted} | metric_columns(unit, trace)
     wasm, last, samples = WasmLoop(code, unit, len(sliders)), run.plan.samples - 1, 0
     for i, changes in enumerate(corners(sliders)):
-        when = ", ".join(f"{path} = {value!r}" for path, value in changes.items()) or "as it is"
-        report(0.3 + 0.6 * i / (1 + 2 * len(sliders)), f"replaying it with {when}")
+        when = "".join(f"with {path} = {value!r}" for path, value in changes.items()) or "as it is"
+        report(0.3 + 0.6 * i / (1 + 2 * len(sliders)), f"replaying it {when}")
         expected = run(changes) if changes else trace
         values = [changes.get(one.signal.path, one.signal.value) for one in sliders]
         found = wasm.replay(values, run.plan.samples, run.plan.stride)

@@ -1,9 +1,10 @@
 """A loop in C as WebAssembly: compiled, and held against the simulation."""
 
 import ctypes
-import sys
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from hydroservo.export.texts import render
 from hydroservo.export.unit import CModule, Signal
 
 PACKAGES = ("ziglang", "wasmtime")
-COMPILER = (sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi")
+TARGET = ("cc", "-target", "wasm32-wasi")
 LIBRARY = ("-mexec-model=reactor", "-Wl,--no-entry", "-Wl,--strip-all", "-mcpu=generic+nontrapping_fptoint")
 
 Numbers = NDArray[np.float64]
@@ -28,6 +29,15 @@ def check_packages() -> None:
     if missing:
         problem = f"a page needs the package{'s' * (len(missing) > 1)} {' and '.join(missing)}"
         raise HydroservoError(f"{problem}: pip install 'hydroservo[page]'")
+
+
+def zig() -> str:
+    """The program of the package ziglang."""
+    place = find_spec("ziglang")
+    found = shutil.which("zig", path=str(Path(str(place and place.origin)).parent))
+    if found is None:
+        raise HydroservoError("the package ziglang has no zig for this computer")
+    return found
 
 
 def wasm_of(unit: CModule, sliders: Sequence[Signal]) -> bytes:
@@ -49,7 +59,7 @@ def wasm_of(unit: CModule, sliders: Sequence[Signal]) -> bytes:
         }.items():
             (folder / name).write_text(text, encoding="utf-8")
         words = [*LIBRARY, "page.c", f"{unit.prefix}.c"]
-        return compile_file(folder, words, "page.wasm", COMPILER).read_bytes()
+        return compile_file(folder, words, "page.wasm", [zig(), *TARGET]).read_bytes()
 
 
 class Replay(NamedTuple):
