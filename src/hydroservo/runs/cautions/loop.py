@@ -29,6 +29,8 @@ def demand_caution(loop: Loop) -> str:
 
     Fails to see a demand that is there and back between two of 1001 instants.
     """
+    if not hasattr(loop.controls, "reach"):
+        return ""
     times = np.linspace(0.0, loop.simulation.duration, INSTANTS)
     asked = demand_values(loop.reference, times)
     asked = asked[np.isfinite(asked)]
