@@ -10,6 +10,7 @@ from hydroservo import Loop, load_scenario, replace, simulate
 from hydroservo.control.monitors.group import Usual
 from hydroservo.control.wiring import believed
 from hydroservo.core.block import is_block, leaves, model_in
+from hydroservo.core.group import group
 from hydroservo.engine.flat import block_shape
 from hydroservo.machine.plants import DesignModel
 from hydroservo.runs.provenance import scenario_hash
@@ -48,6 +49,9 @@ def expression(block: Any, modules: set[str]) -> str:
     """The text that makes a block, with the arguments that are not its class's defaults."""
     cls = type(block)
     modules.add(cls.__module__)
+    if cls.__module__ == group.__module__:  # a group, which stands in no module
+        members = (f"{name!r}: {expression(value, modules)}" for name, value in block._asdict().items())
+        return f"{group.__module__}.group({{{', '.join(members)}}})"
     arguments = [
         f"{name}={expression(value, modules) if is_block(value) else repr(value)}"
         for name, value in block._asdict().items()
