@@ -8,13 +8,13 @@ import hydroservo as hs
 from tests.support.commands.runner import failed, succeeded
 from tests.support.reports import check_report
 
-VALVE = "valve/g761-3001b-h04"
+EDGES = "edges/4wrpeh-6-40"
 
 
 def test_the_list_has_names_and_titles_and_its_json_their_sources(tmp_path):
     shown = succeeded("parts")
-    assert VALVE in shown
-    assert "Moog G761-3001B" in shown
+    assert EDGES in shown
+    assert "4WRPEH 6" in shown
     found = json.loads(succeeded("parts", "--json"))
     assert found.keys() == hs.parts().keys()
     assert "RE 29121" in found["edges/4wrpeh-6-40"]["source"]
@@ -23,19 +23,13 @@ def test_the_list_has_names_and_titles_and_its_json_their_sources(tmp_path):
 
 
 def test_a_part_is_shown_with_the_source_of_each_number():
-    shown = " ".join(succeeded("parts", "show", VALVE).split())
-    for text in (
-        "frequency_90",
-        "200 Hz",
-        "p. 9",
-        "flow of the open valve under 70 bar",
-        "4 L/min",
-        "Rev. M",
-    ):
+    shown = " ".join(succeeded("parts", "show", EDGES).split())
+    for text in ("rated_flow", "40 L/min", "35 bar at each control edge", "RE 29121"):
         assert text in shown
-    found = json.loads(succeeded("parts", "show", VALVE, "--json"))
-    assert found["role"] == "Valve"
-    assert {"key": "frequency_3db", "value": "120 Hz", "source": "p. 9, as quoted"} in found["numbers"]
+    found = json.loads(succeeded("parts", "show", EDGES, "--json"))
+    assert found["role"] == "MeteringEdges"
+    sources = {one["key"]: one["source"] for one in found["numbers"]}
+    assert "p. 2" in sources["rated_drop"]
 
 
 def test_what_a_sheet_assumes_is_named():
@@ -45,12 +39,12 @@ def test_what_a_sheet_assumes_is_named():
 
 @pytest.mark.slow  # it draws
 def test_a_picture_and_a_report(tmp_path):
-    succeeded("parts", "show", VALVE, "--out", str(tmp_path / "valve.png"))
-    assert (tmp_path / "valve.png").stat().st_size > 1000
-    succeeded("parts", "show", VALVE, "--out", str(tmp_path / "report"))
-    check_report(tmp_path / "report", json.loads(succeeded("parts", "show", VALVE, "--json")))
+    succeeded("parts", "show", EDGES, "--out", str(tmp_path / "edges.png"))
+    assert (tmp_path / "edges.png").stat().st_size > 1000
+    succeeded("parts", "show", EDGES, "--out", str(tmp_path / "report"))
+    check_report(tmp_path / "report", json.loads(succeeded("parts", "show", EDGES, "--json")))
     text = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
-    assert f"hydroservo parts show {VALVE}" in text
+    assert f"hydroservo parts show {EDGES}" in text
 
 
 def test_a_notebook_shows_the_same():
@@ -62,9 +56,9 @@ def test_a_notebook_shows_the_same():
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("show", "valve/g761"), "is not a built-in part, and there is no such file"),
+        (("show", "edges/4wrpeh"), "is not a built-in part, and there is no such file"),
         (("show",), "missing argument 'NAME'"),
-        ((VALVE,), f"hydroservo parts show {VALVE} prints what has that name"),
+        ((EDGES,), f"hydroservo parts show {EDGES} prints what has that name"),
     ],
 )
 def test_refusals_are_one_line(words, said):

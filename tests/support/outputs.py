@@ -52,7 +52,7 @@ COMMANDS = {  # by what makes them different; examples are files of that folder
     "log bench": "log examples/bench_log.csv",
     "log simulated": "log log/trajectory.csv",
     "study two": "study two.toml --workers 1",
-    "parts show": "parts show valve/g761-3001b-h04",
+    "parts show": "parts show edges/4wrpeh-6-40",
 }
 SECOND = "--set simulation.duration=1"  # s
 STRIBECK = (

@@ -117,7 +117,7 @@ def show_part(
 
     Examples:
 
-    - `hydroservo parts show valve/g761-3001b-h04`
+    - `hydroservo parts show edges/4wrpeh-6-40`
     - `hydroservo parts show cylinder/iso-6020-2-63-45 --out cylinder.png`
     """
     from hydroservo.scenario.finding import part_finding
